@@ -1,0 +1,1 @@
+"""What is said and what is kept: message schemas, the topic table, MCAP logs."""

@@ -1,0 +1,1 @@
+"""The edge loop: perception, decision, robot client, safety. Imports neither torch, onnx nor pybullet."""

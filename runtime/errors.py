@@ -1,0 +1,33 @@
+"""Everything that can go wrong, as one small tree; each error carries the exit code it ends a command with."""
+
+from typing import ClassVar
+
+EXIT_GRASPED = 0
+EXIT_NOT_GRASPED = 1
+EXIT_BAD_INPUT = 2
+EXIT_ROBOT = 3
+EXIT_INTERRUPTED = 130
+
+
+class GraspingError(Exception):
+    """A failure a person can act on: one clear line, and what was available."""
+
+    exit_code: ClassVar[int] = EXIT_BAD_INPUT
+
+
+class BadInput(GraspingError):
+    """An argument, a scene, a config file or a bundle that cannot be used."""
+
+
+class BundleError(BadInput):
+    """A model bundle that is missing, damaged, or not what its manifest says."""
+
+
+class RobotError(GraspingError):
+    """The robot refused, failed, or cannot go on."""
+
+    exit_code = EXIT_ROBOT
+
+
+class LinkError(RobotError):
+    """The robot cannot be reached, or has fallen silent."""

@@ -1,0 +1,63 @@
+"""The workspace on the table and its grid of heightmap cells.
+
+Frames: base frame `panda_link0`, metres, z up. Heightmaps are images seen from above with +x to the
+right and +y up: row 0 lies at the largest y, column 0 at the smallest x.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+ROTATIONS = 16
+PUSH_LENGTH = 0.10  # metres
+
+
+def rotation_angle(k: int | NDArray[np.int_]) -> float | NDArray[np.float64]:
+    """Yaw in radians of rotation `k` (22.5 degree steps), counter-clockwise from +x seen from above."""
+    return k * (2.0 * np.pi / ROTATIONS)
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """A square on the table top, `size` metres wide, cut into cells of `resolution` metres.
+
+    `center` is its middle on the table top in the base frame, metres.
+    """
+
+    center: tuple[float, float, float] = (0.5, 0.0, 0.0)
+    size: float = 0.448
+    resolution: float = 0.002
+
+    @property
+    def cells(self) -> int:
+        """Cells along one side of a heightmap (224)."""
+        return round(self.size / self.resolution)
+
+    @property
+    def low(self) -> tuple[float, float]:
+        """Smallest x and y inside, base frame, metres."""
+        return self.center[0] - self.size / 2, self.center[1] - self.size / 2
+
+    @property
+    def high(self) -> tuple[float, float]:
+        """Largest x and y inside, base frame, metres."""
+        return self.center[0] + self.size / 2, self.center[1] + self.size / 2
+
+    def contains(self, x: float, y: float) -> bool:
+        """Whether a point of the base frame, metres, lies over the workspace."""
+        return self.low[0] <= x < self.high[0] and self.low[1] < y <= self.high[1]
+
+    def cell_center(self, row: float, column: float) -> tuple[float, float]:
+        """The (x, y) in the base frame, metres, of the middle of a cell."""
+        return (
+            self.low[0] + (column + 0.5) * self.resolution,
+            self.high[1] - (row + 0.5) * self.resolution,
+        )
+
+    def cell_of(self, x: float, y: float) -> tuple[int, int]:
+        """The (row, column) of the cell holding a point of the base frame; may lie outside the grid."""
+        return (
+            int(np.floor((self.high[1] - y) / self.resolution)),
+            int(np.floor((x - self.low[0]) / self.resolution)),
+        )

@@ -1,0 +1,1 @@
+"""The PyBullet Panda stand-in: blocks, scenes, camera, motions, and a robot node on the wire."""

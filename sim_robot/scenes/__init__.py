@@ -1,0 +1,1 @@
+"""The twelve reference arrangements, as scene files."""

@@ -1,0 +1,1 @@
+"""Networks, self-supervised collection, and the three trainings."""
