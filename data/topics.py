@@ -1,4 +1,4 @@
-"""The one table of everything that is said: key expression, message type, rate, who says it, whether it is kept.
+"""The one table of everything that is said: key, message type, rate, who says it, whether it is kept.
 
 A topic's zenoh key and its MCAP channel have the same name, and the bytes that travelled are the
 bytes that are kept.
@@ -73,7 +73,11 @@ TRANSFORMS = Topic(
     "panda_link0 to the camera's optical frame and to every link",
 )
 JOINTS = Topic(
-    "gi/robot/joints", JointStates, Speaker.ROBOT, "camera rate", "positions and velocities of arm and fingers"
+    "gi/robot/joints",
+    JointStates,
+    Speaker.ROBOT,
+    "camera rate",
+    "positions and velocities of arm and fingers",
 )
 ROBOT_HEALTH = Topic("gi/robot/health", gi.RobotHealth, Speaker.ROBOT, "10 Hz", "the robot's heartbeat")
 OUTCOME = Topic("gi/robot/outcome", gi.MotionOutcome, Speaker.ROBOT, "per motion", "how a motion ended")
@@ -108,7 +112,11 @@ RUNTIME_HEALTH = Topic(
 )
 RUN_START = Topic("gi/runtime/start", gi.RunStart, Speaker.RUNTIME, "once", "what this run is")
 HEIGHTMAPS = Topic(
-    "gi/runtime/heightmaps", gi.Heightmaps, Speaker.RUNTIME, "per decision", "colour, height and class heightmaps"
+    "gi/runtime/heightmaps",
+    gi.Heightmaps,
+    Speaker.RUNTIME,
+    "per decision",
+    "colour, height and class heightmaps",
 )
 SEGMENTATION = Topic(
     "gi/runtime/segmentation",
@@ -118,7 +126,9 @@ SEGMENTATION = Topic(
     "class index of every camera pixel, 8-bit PNG",
 )
 Q_MAPS = Topic("gi/runtime/q_maps", gi.QMaps, Speaker.RUNTIME, "per decision", "push and grasp Q maps")
-DECISION = Topic("gi/runtime/decision", gi.Decision, Speaker.RUNTIME, "per decision", "what was chosen and why")
+DECISION = Topic(
+    "gi/runtime/decision", gi.Decision, Speaker.RUNTIME, "per decision", "what was chosen and why"
+)
 VIEW = Topic(
     "gi/runtime/view",
     CompressedImage,
@@ -127,7 +137,11 @@ VIEW = Topic(
     "a picture of the decision: camera view, heightmap, chosen Q map with the action drawn in, JPEG",
 )
 MARKERS = Topic(
-    "gi/runtime/markers", SceneUpdate, Speaker.RUNTIME, "per decision", "workspace and chosen action, for a 3-D panel"
+    "gi/runtime/markers",
+    SceneUpdate,
+    Speaker.RUNTIME,
+    "per decision",
+    "workspace and chosen action, for a 3-D panel",
 )
 STEP_RESULT = Topic("gi/runtime/result", gi.StepResult, Speaker.RUNTIME, "per motion", "what came of a step")
 CONSOLE = Topic("gi/runtime/console", Log, Speaker.RUNTIME, "when said", "the lines a person saw")

@@ -1,0 +1,13 @@
+"""What can be wrong with kept data, as one small tree."""
+
+
+class DataError(Exception):
+    """A log or a message that cannot be used: one clear line for a person."""
+
+
+class BadLog(DataError):
+    """A file that is not a log, or holds nothing that can be read."""
+
+
+class BadMessage(DataError):
+    """A message whose content is not what its type promises, such as a damaged image."""

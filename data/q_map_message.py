@@ -1,0 +1,71 @@
+"""Push and grasp Q maps to and from `gi.QMaps`, quantised to 8 bits: within 1/510 of their range."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grasping_invisible.data.clock import to_ns, to_timestamp
+from grasping_invisible.data.png import decode_plane, encode_png
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+
+_LEVELS = 255
+
+
+@dataclass(frozen=True)
+class QMapArrays:
+    """Q maps of one decision: `push` and `grasp` are (rotations, rows, columns) float32."""
+
+    stamp_ns: int
+    step: int
+    push: NDArray[np.float32]
+    grasp: NDArray[np.float32]
+
+
+def encode_q_maps(maps: QMapArrays) -> gi.QMaps:
+    """Both stacks must have the same shape and be finite; else `ValueError`."""
+    if maps.push.shape != maps.grasp.shape:
+        raise ValueError(f"push maps {maps.push.shape} and grasp maps {maps.grasp.shape} differ in shape")
+    rotations, rows, columns = maps.push.shape
+    push_min, push_max, push_png = _quantise(maps.push)
+    grasp_min, grasp_max, grasp_png = _quantise(maps.grasp)
+    return gi.QMaps(
+        stamp=to_timestamp(maps.stamp_ns),
+        step=maps.step,
+        rotations=rotations,
+        rows=rows,
+        columns=columns,
+        push_min=push_min,
+        push_max=push_max,
+        grasp_min=grasp_min,
+        grasp_max=grasp_max,
+        push_png=push_png,
+        grasp_png=grasp_png,
+    )
+
+
+def decode_q_maps(message: gi.QMaps) -> QMapArrays:
+    """Raises `BadMessage` when an image is damaged or has not the shape the message states."""
+    shape = (message.rotations, message.rows, message.columns)
+    return QMapArrays(
+        stamp_ns=to_ns(message.stamp),
+        step=message.step,
+        push=_restore(message.push_png, message.push_min, message.push_max, shape),
+        grasp=_restore(message.grasp_png, message.grasp_min, message.grasp_max, shape),
+    )
+
+
+def _quantise(stack: NDArray[np.float32]) -> tuple[float, float, bytes]:
+    low, high = float(stack.min()), float(stack.max())
+    if not np.isfinite((low, high)).all():
+        raise ValueError("Q maps hold values that are not finite")
+    scale = _LEVELS / (high - low) if high > low else 0.0
+    levels = np.rint((stack - low) * scale).astype(np.uint8)
+    return low, high, encode_png(levels.reshape(-1, stack.shape[2]))
+
+
+def _restore(png: bytes, low: float, high: float, shape: tuple[int, int, int]) -> NDArray[np.float32]:
+    rotations, rows, columns = shape
+    levels = decode_plane(png, np.uint8, (rotations * rows, columns))
+    values = np.float32(low) + levels.astype(np.float32) * np.float32((high - low) / _LEVELS)
+    return values.reshape(shape)
