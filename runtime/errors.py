@@ -1,4 +1,4 @@
-"""Everything that can go wrong, as one small tree; each error carries the exit code it ends a command with."""
+"""Everything that can go wrong, as one small tree; each error carries the exit code of a command it ends."""
 
 from typing import ClassVar
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 class Camera:
     """A calibrated pinhole camera.
 
-    `intrinsics`: 3 x 3, pixels. `base_from_camera`: 4 x 4, takes points of the optical frame (x right, y down, z
-    forward, metres) to the base frame.
+    `intrinsics`: 3 x 3, pixels. `base_from_camera`: 4 x 4, takes points of the optical frame (x right,
+    y down, z forward, metres) to the base frame.
     """
 
     width: int

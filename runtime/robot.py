@@ -16,8 +16,8 @@ class Robot(Protocol):
     def execute(self, command: MotionCommand) -> MotionOutcome:
         """Carry out one motion and return when it has ended, however it ended.
 
-        A refused command (out of bounds, malformed) raises `RobotError`; a motion that could not be reached or was
-        blocked is an outcome, not an error.
+        A refused command (out of bounds, malformed) raises `RobotError`; a motion that could not be reached
+        or was blocked is an outcome, not an error.
         """
         ...
 

@@ -7,13 +7,12 @@ right and +y up: row 0 lies at the largest y, column 0 at the smallest x.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 ROTATIONS = 16
 PUSH_LENGTH = 0.10  # metres
 
 
-def rotation_angle(k: int | NDArray[np.int_]) -> float | NDArray[np.float64]:
+def rotation_angle(k: int) -> float:
     """Yaw in radians of rotation `k` (22.5 degree steps), counter-clockwise from +x seen from above."""
     return k * (2.0 * np.pi / ROTATIONS)
 
