@@ -1,0 +1,60 @@
+"""Limits that every command is held to before it is sent, whatever decided it."""
+
+import math
+
+import msgspec
+
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.runtime.errors import RobotError
+from grasping_invisible.runtime.workspace import PUSH_LENGTH, Workspace
+
+
+class SafetyLimits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Bounds on commanded TCP positions, metres, base frame."""
+
+    margin: float = 0.03  # how far outside the workspace a motion may start or end
+    min_height: float = 0.01  # of the TCP above the table
+    max_height: float = 0.30
+    max_push_length: float = PUSH_LENGTH
+
+
+class UnsafeCommand(RobotError):
+    """A command that breaks a limit; it was not sent."""
+
+
+def check_command(command: gi.MotionCommand, limits: SafetyLimits, workspace: Workspace) -> None:
+    """Raises `UnsafeCommand` naming the value and the limit it breaks."""
+    if command.kind in (gi.PLACE, gi.HOME):
+        return
+    if command.kind not in (gi.PUSH, gi.GRASP):
+        raise UnsafeCommand(f"motion kind {command.kind} is none of PUSH, GRASP, PLACE, HOME")
+    start = command.position
+    values = {"x": start.x, "y": start.y, "z": start.z, "yaw": command.yaw, "length": command.length}
+    for name, value in values.items():
+        if not math.isfinite(value):
+            raise UnsafeCommand(f"{name} is {value}, not a finite number")
+    low, high = limits.min_height, limits.max_height
+    height = start.z - workspace.center[2]
+    if not low <= height <= high:
+        raise UnsafeCommand(f"height {height:.3f} m above the table is outside {low:.3f} to {high:.3f} m")
+    _check_point("start" if command.kind == gi.PUSH else "grasp", start.x, start.y, limits, workspace)
+    if command.kind == gi.PUSH:
+        if not 0.0 < command.length <= limits.max_push_length + 1e-9:
+            raise UnsafeCommand(
+                f"push length {command.length:.3f} m is outside 0 to {limits.max_push_length:.3f} m"
+            )
+        end_x = start.x + command.length * math.cos(command.yaw)
+        end_y = start.y + command.length * math.sin(command.yaw)
+        _check_point("end", end_x, end_y, limits, workspace)
+
+
+def _check_point(what: str, x: float, y: float, limits: SafetyLimits, workspace: Workspace) -> None:
+    for axis, value, low, high in (
+        ("x", x, workspace.low[0], workspace.high[0]),
+        ("y", y, workspace.low[1], workspace.high[1]),
+    ):
+        if not low - limits.margin <= value <= high + limits.margin:
+            raise UnsafeCommand(
+                f"{what} {axis} = {value:.3f} m is outside the workspace, "
+                f"{low:.3f} to {high:.3f} m with a margin of {limits.margin:.3f} m"
+            )
