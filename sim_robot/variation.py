@@ -1,0 +1,100 @@
+"""Per-run variation: the same scene with slightly other poses, masses and friction, chosen by a seed.
+
+Poses move without making objects overlap: first every object by itself, where its neighbours leave it room,
+then every pile as a whole.
+"""
+
+import math
+
+import msgspec
+import numpy as np
+import pybullet as p
+
+from grasping_invisible.runtime.workspace import Workspace
+from grasping_invisible.sim_robot.bodies import FRICTION, Body, Position, Quaternion, spawn
+from grasping_invisible.sim_robot.scene import Scene, SceneObject
+
+SHIFT = 0.002  # metres along x and y
+TURN = math.radians(1.5)
+MASS_RANGE = 0.10
+FRICTION_RANGE = 0.15
+TOUCHING = 0.004  # metres: objects nearer than this move as one pile
+# Resting contacts overlap by a hair; a move may not add more than this.
+TOLERANCE = 0.0001
+
+
+def vary(scene: Scene, seed: int) -> Scene:
+    """The scene with poses jittered by up to 2 mm and 1.5 degrees, masses by 10 % and friction by 15 %.
+
+    The same scene and seed give the same result. Heights and tilts stay; only x, y and yaw change.
+    """
+    rng = np.random.default_rng(seed)
+    client = p.connect(p.DIRECT)
+    try:
+        # A workspace centred on the base frame's origin makes base and workspace frame the same.
+        bodies = list(spawn(scene, Workspace(center=(0.0, 0.0, 0.0)), client).values())
+        for body in bodies:
+            _move_if_free([body], bodies, rng, 0.5)
+        for pile in _piles(bodies):
+            _move_if_free(pile, bodies, rng, 0.5)
+        objects = tuple(_varied(body, rng) for body in bodies)
+    finally:
+        p.disconnect(client)
+    return msgspec.structs.replace(scene, objects=objects)
+
+
+def _varied(body: Body, rng: np.random.Generator) -> SceneObject:
+    (x, y, z), quaternion = body.pose()
+    half = Workspace().size / 2
+    return msgspec.structs.replace(
+        body.item,
+        position=(min(max(x, -half), half), min(max(y, -half), half), max(z, 0.0)),
+        quaternion_xyzw=quaternion,
+        yaw=None,
+        mass=body.mass * rng.uniform(1 - MASS_RANGE, 1 + MASS_RANGE),
+        friction=(body.item.friction or FRICTION) * rng.uniform(1 - FRICTION_RANGE, 1 + FRICTION_RANGE),
+    )
+
+
+def _move_if_free(moved: list[Body], bodies: list[Body], rng: np.random.Generator, share: float) -> None:
+    """Shift and turn bodies together about their common middle, unless that would push into others."""
+    dx, dy = rng.uniform(-share * SHIFT, share * SHIFT, 2)
+    turn = rng.uniform(-share * TURN, share * TURN)
+    others = [body for body in bodies if body not in moved]
+    before = [body.pose() for body in moved]
+    gaps = _gaps(moved, others)
+    middle = np.mean([position[:2] for position, _ in before], axis=0)
+    for body, pose in zip(moved, before, strict=True):
+        body.place(*_moved(pose, middle, dx, dy, turn))
+    after = _gaps(moved, others)
+    if any(new < min(old, 0.0) - TOLERANCE for old, new in zip(gaps, after, strict=True)):
+        for body, pose in zip(moved, before, strict=True):
+            body.place(*pose)
+
+
+def _moved(pose: tuple[Position, Quaternion], middle: np.ndarray, dx: float, dy: float, turn: float):
+    (x, y, z), quaternion = pose
+    c, s = math.cos(turn), math.sin(turn)
+    x, y = x - middle[0], y - middle[1]
+    position = (middle[0] + c * x - s * y + dx, middle[1] + s * x + c * y + dy, z)
+    about_z = (0.0, 0.0, math.sin(turn / 2), math.cos(turn / 2))
+    _, rotation = p.multiplyTransforms((0, 0, 0), about_z, (0, 0, 0), quaternion)
+    return position, rotation
+
+
+def _gaps(moved: list[Body], others: list[Body]) -> list[float]:
+    return [body.distance(other.id, within=0.01) for body in moved for other in others]
+
+
+def _piles(bodies: list[Body]) -> list[list[Body]]:
+    """Groups of bodies that touch, directly or through others."""
+    waiting = list(bodies)
+    piles = []
+    while waiting:
+        pile = [waiting.pop(0)]
+        for member in pile:  # grows while it is walked
+            near = [body for body in waiting if member.distance(body.id, within=2 * TOUCHING) < TOUCHING]
+            pile += near
+            waiting = [body for body in waiting if body not in near]
+        piles.append(pile)
+    return piles
