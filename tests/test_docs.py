@@ -1,0 +1,41 @@
+"""What the documents promise is there: files, commands, verbs and exit codes."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from grasping_invisible.runtime import errors
+
+PROJECT = Path(__file__).parents[1]
+DOCUMENTS = [*sorted(PROJECT.glob("*.md")), *sorted((PROJECT / "docs").rglob("*.md"))]
+COMMANDS = tomllib.loads((PROJECT / "pyproject.toml").read_text())["project"]["scripts"]
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_links_lead_somewhere(document: Path) -> None:
+    targets = re.findall(r"\]\(([^)#]+)", document.read_text())
+    assert [link for link in targets if "://" not in link and not (document.parent / link).exists()] == []
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_commands_and_verbs_exist(document: Path) -> None:
+    text = document.read_text()
+    verbs = set(re.findall(r"^([a-z]+):", (PROJECT / "Makefile").read_text(), flags=re.MULTILINE))
+    assert set(re.findall(r"`(?:\.venv/bin/)?(gi-[a-z-]+)", text)) - set(COMMANDS) == set()
+    assert set(re.findall(r"(?:^    |`)make ([a-z]+)", text, flags=re.MULTILINE)) - verbs == set()
+
+
+def first_column(pattern: str) -> list[str]:
+    """What stands in the first cells of the README's tables, where it matches."""
+    return re.findall(rf"^\| {pattern} \|", (PROJECT / "README.md").read_text(), re.MULTILINE)
+
+
+def test_readme_lists_every_command() -> None:
+    assert set(first_column("`(gi-[a-z-]+)`")) == set(COMMANDS)
+
+
+def test_readme_lists_the_exit_codes() -> None:
+    codes = {value for name, value in vars(errors).items() if name.startswith("EXIT_")}
+    assert {int(code) for code in first_column(r"(\d+)")} == codes
