@@ -267,15 +267,29 @@ class FailedPush(_message.Message):
     y: float
     def __init__(self, x: _Optional[float] = ..., y: _Optional[float] = ...) -> None: ...
 
+class FruitlessAction(_message.Message):
+    __slots__ = ("kind", "x", "y", "yaw")
+    KIND_FIELD_NUMBER: _ClassVar[int]
+    X_FIELD_NUMBER: _ClassVar[int]
+    Y_FIELD_NUMBER: _ClassVar[int]
+    YAW_FIELD_NUMBER: _ClassVar[int]
+    kind: MotionKind
+    x: float
+    y: float
+    yaw: float
+    def __init__(self, kind: _Optional[_Union[MotionKind, str]] = ..., x: _Optional[float] = ..., y: _Optional[float] = ..., yaw: _Optional[float] = ...) -> None: ...
+
 class DecisionMemory(_message.Message):
-    __slots__ = ("failed_pushes", "consecutive_grasp_failures", "step")
+    __slots__ = ("failed_pushes", "consecutive_grasp_failures", "step", "fruitless")
     FAILED_PUSHES_FIELD_NUMBER: _ClassVar[int]
     CONSECUTIVE_GRASP_FAILURES_FIELD_NUMBER: _ClassVar[int]
     STEP_FIELD_NUMBER: _ClassVar[int]
+    FRUITLESS_FIELD_NUMBER: _ClassVar[int]
     failed_pushes: _containers.RepeatedCompositeFieldContainer[FailedPush]
     consecutive_grasp_failures: int
     step: int
-    def __init__(self, failed_pushes: _Optional[_Iterable[_Union[FailedPush, _Mapping]]] = ..., consecutive_grasp_failures: _Optional[int] = ..., step: _Optional[int] = ...) -> None: ...
+    fruitless: _containers.RepeatedCompositeFieldContainer[FruitlessAction]
+    def __init__(self, failed_pushes: _Optional[_Iterable[_Union[FailedPush, _Mapping]]] = ..., consecutive_grasp_failures: _Optional[int] = ..., step: _Optional[int] = ..., fruitless: _Optional[_Iterable[_Union[FruitlessAction, _Mapping]]] = ...) -> None: ...
 
 class StageTime(_message.Message):
     __slots__ = ("stage", "milliseconds")
