@@ -1,0 +1,83 @@
+"""From checkpoints to a model bundle."""
+
+from importlib.metadata import version
+from pathlib import Path
+
+import cv2
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from grasping_invisible.export.onnx_file import Graph, write_onnx
+from grasping_invisible.runtime.classifier import FEATURES
+from grasping_invisible.runtime.manifest import CameraAssumptions, Manifest, ModelFile, write_manifest
+from grasping_invisible.runtime.rotation import PLANES, ROTATED_CELLS
+from grasping_invisible.runtime.workspace import ROTATIONS
+from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights, source_commit
+from grasping_invisible.training.classifier_net import ClassifierGraph, ClassifierNet
+from grasping_invisible.training.critic_net import CriticNet
+from grasping_invisible.training.segmenter_net import SegmenterGraph, SegmenterNet
+
+MODELS = ("segmenter", "critic", "classifier")
+EXAMPLES = 3
+Q_TOLERANCE = 1e-4
+PROBABILITY_TOLERANCE = 1e-5
+LABEL_TOLERANCE = 1e-3  # share of pixels whose two best classes are too close for two orders of summation
+
+
+def export_checkpoints(folder: Path, out: Path) -> Manifest:
+    """The bundle of `segmenter.pt`, `critic.pt` and `classifier.pt`; raises `BadInput` or `ParityError`."""
+    return export_bundle({kind: load_checkpoint(folder / f"{kind}.pt", kind) for kind in MODELS}, out)
+
+
+def export_bundle(checkpoints: dict[str, Checkpoint], out: Path) -> Manifest:
+    """Write three ONNX files and their manifest into `out`; raises `BadInput` or `ParityError`."""
+    out.mkdir(parents=True, exist_ok=True)
+    files: dict[str, ModelFile] = {}
+    for kind in MODELS:
+        checkpoint = checkpoints[kind]
+        file = write_onnx(_graph(checkpoint, out), out)
+        files[kind] = msgspec.structs.replace(file, scores=checkpoint.scores, trained_on=checkpoint.trained_on)
+    manifest = Manifest(
+        project_version=version("grasping-invisible"),
+        source_commit=source_commit(),
+        segmenter=files["segmenter"],
+        critic=files["critic"],
+        classifier=files["classifier"],
+    )
+    write_manifest(out, manifest)
+    return manifest
+
+
+def _graph(checkpoint: Checkpoint, source: Path) -> Graph:
+    rng = np.random.default_rng(0)
+    if checkpoint.kind == "segmenter":
+        net = SegmenterNet()
+        load_weights(net, checkpoint, source)
+        images = tuple(_test_image(rng) for _ in range(EXAMPLES))
+        graph = SegmenterGraph(net)
+        return Graph("segmenter", graph, "color", ("labels",), False, images, LABEL_TOLERANCE)
+    if checkpoint.kind == "critic":
+        net = CriticNet()
+        load_weights(net, checkpoint, source)
+        shape = (ROTATIONS, PLANES, ROTATED_CELLS, ROTATED_CELLS)
+        planes = tuple(rng.random(shape, np.float32) for _ in range(EXAMPLES))
+        return Graph("critic", net, "planes", ("push", "grasp"), True, planes, Q_TOLERANCE)
+    net = ClassifierNet()
+    load_weights(net, checkpoint, source)
+    features = tuple(rng.random((64, len(FEATURES)), np.float32) for _ in range(EXAMPLES))
+    graph = ClassifierGraph(net)
+    return Graph("classifier", graph, "features", ("probability",), True, features, PROBABILITY_TOLERANCE)
+
+
+def _test_image(rng: np.random.Generator) -> NDArray[np.uint8]:
+    """A noisy image of coloured rectangles: edges and plain areas, as a table with blocks has."""
+    camera = CameraAssumptions()
+    image = np.full((camera.height, camera.width, 3), 150, np.uint8)
+    for _ in range(25):
+        corner = rng.integers(0, (camera.width, camera.height))
+        size = rng.integers(10, 120, 2)
+        color = tuple(int(value) for value in rng.integers(0, 256, 3))
+        cv2.rectangle(image, corner.tolist(), (corner + size).tolist(), color, -1)
+    noise = rng.normal(0, 5, image.shape)
+    return np.clip(image + noise, 0, 255).astype(np.uint8)

@@ -1,0 +1,35 @@
+"""How good every push and grasp would be: the motion critic at 16 rotations (paper, section V-A)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grasping_invisible.runtime.heightmap import Heightmaps
+from grasping_invisible.runtime.onnx_model import OnnxModel
+from grasping_invisible.runtime.rotation import PLANES, ROTATED_CELLS, critic_planes, rotate_planes, unrotate
+from grasping_invisible.runtime.workspace import ROTATIONS
+
+
+@dataclass(frozen=True)
+class QMaps:
+    """Q values on the action grid; map k is for yaw k * 22.5 degrees.
+
+    `push` and `grasp`: (16, 112, 112) float32. Row 0 lies at the largest y, column 0 at the smallest x.
+    """
+
+    push: NDArray[np.float32]
+    grasp: NDArray[np.float32]
+
+
+class Critic:
+    """The critic network: planes of every rotation in, Q maps out."""
+
+    def __init__(self, model: OnnxModel) -> None:
+        self._model = model
+        model(np.zeros((ROTATIONS, PLANES, ROTATED_CELLS, ROTATED_CELLS), np.float32))  # plans its memory
+
+    def q_maps(self, maps: Heightmaps, mask: NDArray[np.bool_]) -> QMaps:
+        """Push and grasp Q maps for the target under `mask`, (N, N) bool; all true stands for any object."""
+        push, grasp = self._model(rotate_planes(critic_planes(maps, mask)))
+        return QMaps(unrotate(push), unrotate(grasp))

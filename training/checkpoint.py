@@ -1,0 +1,72 @@
+"""Network weights on disk, with what they were trained on, how they score, and the state to go on from."""
+
+import os
+import subprocess
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from grasping_invisible.runtime.errors import BadInput
+
+
+@dataclass
+class Checkpoint:
+    """One network.
+
+    `weights`: its state dictionary. `trained_on`: counts, seeds, sources. `scores`: on held-out data.
+    `resume`: optimizer, step and random state of a training that can go on; empty once it is finished.
+    """
+
+    kind: str
+    weights: dict[str, torch.Tensor]
+    trained_on: dict[str, str | int | float] = field(default_factory=dict)
+    scores: dict[str, float] = field(default_factory=dict)
+    resume: dict[str, Any] = field(default_factory=dict)
+
+
+def save_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
+    """Write a checkpoint so that a crash leaves the old one or the new one, never half of one."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_suffix(".partial")
+    torch.save(vars(checkpoint), partial)
+    os.replace(partial, path)
+
+
+def load_checkpoint(path: Path, kind: str) -> Checkpoint:
+    """Read the checkpoint of a `kind` of network; raises `BadInput` where there is none in the file."""
+    if not path.is_file():
+        raise BadInput(f"no {kind} checkpoint at {path}; make one with gi-train {kind}")
+    try:
+        checkpoint = Checkpoint(**torch.load(path, weights_only=True))
+    except Exception as error:  # torch.load fails in as many ways as there are damaged files
+        raise BadInput(f"{path} is not a checkpoint: {str(error).splitlines()[0]}") from None
+    if checkpoint.kind != kind:
+        raise BadInput(f"{path} holds a {checkpoint.kind}, not a {kind}")
+    return checkpoint
+
+
+def load_weights(net: torch.nn.Module, checkpoint: Checkpoint, path: Path) -> None:
+    """Put a checkpoint's weights into a network; raises `BadInput` where they are of another design."""
+    try:
+        net.load_state_dict(checkpoint.weights)
+    except RuntimeError as error:
+        line = str(error).splitlines()[0]
+        raise BadInput(f"{path} does not fit this version's {checkpoint.kind}: {line}") from None
+
+
+def source_commit() -> str:
+    """The commit of the source tree this runs from, "+changes" where it was edited; "unknown" outside one."""
+    here = Path(__file__).parent
+    try:
+        commit = _git(here, "rev-parse", "HEAD")
+        return commit + ("+changes" if _git(here, "status", "--porcelain", "--untracked-files=no") else "")
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+
+
+def _git(folder: Path, *arguments: str) -> str:
+    return subprocess.run(
+        ["git", "-C", str(folder), *arguments], capture_output=True, text=True, check=True
+    ).stdout.strip()
