@@ -11,3 +11,11 @@ class BadLog(DataError):
 
 class BadMessage(DataError):
     """A message whose content is not what its type promises, such as a damaged image."""
+
+
+class BadRequest(DataError):
+    """A request that cannot be met, such as an output that exists already."""
+
+
+class RecordingError(DataError):
+    """A log that cannot be created."""

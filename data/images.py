@@ -61,9 +61,7 @@ def decode_depth(message: RawImage) -> NDArray[np.float32]:
 
 def encode_labels(labels: NDArray[np.uint8], stamp_ns: int, frame_id: str = CAMERA_FRAME) -> CompressedImage:
     """An (H, W) uint8 image of class indices, as an 8-bit PNG."""
-    return CompressedImage(
-        timestamp=to_timestamp(stamp_ns), frame_id=frame_id, data=encode_png(labels), format="png"
-    )
+    return CompressedImage(timestamp=to_timestamp(stamp_ns), frame_id=frame_id, data=encode_png(labels), format="png")
 
 
 def decode_labels(message: CompressedImage) -> NDArray[np.uint8]:

@@ -48,9 +48,7 @@ class Topic:
     logged: bool = True
 
 
-COLOR_IMAGE = Topic(
-    "gi/robot/camera/color", CompressedImage, Speaker.ROBOT, "camera rate", "colour image, PNG or JPEG"
-)
+COLOR_IMAGE = Topic("gi/robot/camera/color", CompressedImage, Speaker.ROBOT, "camera rate", "colour image, PNG or JPEG")
 DEPTH_IMAGE = Topic(
     "gi/robot/camera/depth",
     RawImage,
@@ -104,12 +102,8 @@ COMMAND_REPLY = Topic(
     "the answer to a command's request; kept under this name in the log",
     pattern=Pattern.REQUEST,
 )
-STOP = Topic(
-    "gi/robot/stop", gi.StopRequest, Speaker.RUNTIME, "when needed", "stop now and stand still safely"
-)
-RUNTIME_HEALTH = Topic(
-    "gi/runtime/health", gi.RuntimeHealth, Speaker.RUNTIME, "10 Hz", "the runtime's heartbeat"
-)
+STOP = Topic("gi/robot/stop", gi.StopRequest, Speaker.RUNTIME, "when needed", "stop now and stand still safely")
+RUNTIME_HEALTH = Topic("gi/runtime/health", gi.RuntimeHealth, Speaker.RUNTIME, "10 Hz", "the runtime's heartbeat")
 RUN_START = Topic("gi/runtime/start", gi.RunStart, Speaker.RUNTIME, "once", "what this run is")
 HEIGHTMAPS = Topic(
     "gi/runtime/heightmaps",
@@ -126,9 +120,7 @@ SEGMENTATION = Topic(
     "class index of every camera pixel, 8-bit PNG",
 )
 Q_MAPS = Topic("gi/runtime/q_maps", gi.QMaps, Speaker.RUNTIME, "per decision", "push and grasp Q maps")
-DECISION = Topic(
-    "gi/runtime/decision", gi.Decision, Speaker.RUNTIME, "per decision", "what was chosen and why"
-)
+DECISION = Topic("gi/runtime/decision", gi.Decision, Speaker.RUNTIME, "per decision", "what was chosen and why")
 VIEW = Topic(
     "gi/runtime/view",
     CompressedImage,

@@ -1,0 +1,132 @@
+"""Messages out of a log, whether it is complete, cut off, damaged or still being written."""
+
+from collections import Counter
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+
+from google.protobuf.message import DecodeError, Message
+from mcap.exceptions import McapError
+from mcap.records import Channel, Metadata, Schema
+from mcap.records import Message as RawMessage
+from mcap_protobuf.decoder import DecoderFactory
+
+from grasping_invisible.data.errors import BadLog
+from grasping_invisible.data.mcap_scan import McapScan
+from grasping_invisible.data.topics import BY_KEY
+
+_DAMAGE_LINES = 100  # a ruined log says the same over and over
+
+
+@dataclass(frozen=True)
+class LoggedMessage:
+    """One decoded message. Times are nanoseconds since the epoch; sequence numbers count from 0 by topic."""
+
+    topic: str
+    message: Message
+    log_time_ns: int
+    publish_time_ns: int
+    sequence: int
+
+
+class LogReader:
+    """Reads one log file in the order it was written, holding one chunk at a time.
+
+    After a pass to its end, `complete` says whether the log was closed and is whole, `damage` what is
+    wrong in lines for a person, and `metadata` holds the last metadata of each name.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Raises `BadLog` when the file cannot be read or is not an MCAP file."""
+        self.path = path
+        with self._open() as file:
+            if not McapScan(file).is_log():
+                what = "is empty" if path.stat().st_size == 0 else "is not an MCAP log"
+                raise BadLog(f"{path} {what}")
+        self.complete = False
+        self.damage: list[str] = []
+        self.metadata: dict[str, dict[str, str]] = {}
+
+    def raw_messages(
+        self, topics: Collection[str] | None = None
+    ) -> Iterator[tuple[Schema | None, Channel, RawMessage]]:
+        """Messages as bytes, with their channel and schema, for copying and counting."""
+        with self._open() as file:
+            scan = McapScan(file)
+            schemas = dict(scan.index.schemas) if scan.index else {}
+            channels = dict(scan.index.channels) if scan.index else {}
+            self.complete, self.damage, self.metadata = False, [], {}
+            lost: Counter[int] = Counter()
+            for record in scan.records(topics):
+                if isinstance(record, Schema):
+                    schemas[record.id] = record
+                elif isinstance(record, Channel):
+                    channels[record.id] = record
+                elif isinstance(record, Metadata):
+                    self.metadata[record.name] = record.metadata
+                elif isinstance(record, RawMessage):
+                    channel = channels.get(record.channel_id)
+                    if channel is None:
+                        lost[record.channel_id] += 1
+                    elif topics is None or channel.topic in topics:
+                        yield schemas.get(channel.schema_id), channel, record
+            self._note(scan.damage)
+            self._note(
+                f"{count} messages of channel {number}, whose description is lost"
+                for number, count in sorted(lost.items())
+            )
+            self.complete = scan.complete and not self.damage
+
+    def messages(self, topics: Collection[str] | None = None) -> Iterator[LoggedMessage]:
+        """Decoded messages of the given topics, or of all. Those that cannot be decoded are damage."""
+        decoders: dict[int, Callable[[bytes], Message] | str] = {}
+        failures: Counter[str] = Counter()
+        for schema, channel, raw in self.raw_messages(topics):
+            if channel.id not in decoders:
+                decoders[channel.id] = _decoder(schema, channel)
+            decode = decoders[channel.id]
+            if isinstance(decode, str):
+                failures[decode] += 1
+                continue
+            try:
+                message = decode(raw.data)
+            except DecodeError:
+                failures[f"{channel.topic} cannot be decoded"] += 1
+                continue
+            yield LoggedMessage(channel.topic, message, raw.log_time, raw.publish_time, raw.sequence)
+        self._note(f"{count} messages: {reason}" for reason, count in failures.items())
+        self.complete = self.complete and not failures
+
+    def _note(self, lines: Collection[str] | Iterator[str]) -> None:
+        for line in lines:
+            if len(self.damage) < _DAMAGE_LINES:
+                self.damage.append(line)
+
+    def _open(self) -> BinaryIO:
+        try:
+            return self.path.open("rb")
+        except OSError as error:
+            raise BadLog(f"cannot read log {self.path}: {error.strerror}") from None
+
+
+def read_messages(path: Path, topics: Collection[str] | None = None) -> Iterator[LoggedMessage]:
+    """What can be read of the log at `path`, in order. Raises `BadLog` when that is nothing at all."""
+    return LogReader(path).messages(topics)
+
+
+def _decoder(schema: Schema | None, channel: Channel) -> Callable[[bytes], Message] | str:
+    """A function from bytes to a message, or the reason why there is none."""
+    if schema is None or channel.message_encoding != "protobuf" or schema.encoding != "protobuf":
+        return f"{channel.topic} is not protobuf with a schema"
+    topic = BY_KEY.get(channel.topic)
+    if topic is not None:
+        expected = topic.message.DESCRIPTOR.full_name
+        if schema.name != expected:
+            return f"{channel.topic} holds {schema.name}, expected {expected}"
+        return topic.message.FromString
+    try:
+        decode = DecoderFactory().decoder_for(channel.message_encoding, schema)
+    except (McapError, DecodeError, TypeError, KeyError, ValueError) as error:
+        return f"{channel.topic} has an unusable schema: {error}"
+    return decode or f"{channel.topic} has an unusable schema"
