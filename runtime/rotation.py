@@ -21,6 +21,7 @@ ACTION_CELLS = 112
 ROTATED_CELLS = 160  # holds 112 * sqrt(2), whatever the angle
 PLANES = 5  # red, green, blue, height, target mask
 HEIGHT_SCALE = 0.1  # metres of height that a height plane calls 1
+ANGLES = np.array([rotation_angle(k) for k in range(ROTATIONS)])  # yaw of each rotation, radians
 _QUARTER_TURNS = (cv2.ROTATE_90_CLOCKWISE, cv2.ROTATE_180, cv2.ROTATE_90_COUNTERCLOCKWISE)
 
 
@@ -50,9 +51,7 @@ def to_action_grid(values: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.asarray(resized, np.float32)
 
 
-def rotate_planes(
-    planes: NDArray[np.float32], rotations: Sequence[int] = range(ROTATIONS)
-) -> NDArray[np.float32]:
+def rotate_planes(planes: NDArray[np.float32], rotations: Sequence[int] = range(ROTATIONS)) -> NDArray[np.float32]:
     """Planes on the action grid, (112, 112, C), turned for each of K rotations: (K, C, 160, 160), contiguous.
 
     Bilinear. What lies outside the workspace is 0: table, of a neutral colour.

@@ -1,0 +1,123 @@
+"""What came of a motion, from what the runtime can see, and what of it to remember."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from grasping_invisible.data.clock import to_timestamp
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.data.rewards import freed_cells
+from grasping_invisible.runtime.decision_record import EXPLORER, Decision
+from grasping_invisible.runtime.failures import REMEMBERED
+from grasping_invisible.runtime.heightmap import Heightmaps
+from grasping_invisible.runtime.memory import FRUITLESS_REMEMBERED, FruitlessAction, Memory
+from grasping_invisible.runtime.motion import feasible_grasps
+from grasping_invisible.runtime.perception import Perception
+
+HEIGHT_NOISE = 0.008  # metres; a cell that differs by more has changed
+# Square metres that must have changed for the scene to have changed: a 50 mm block moved by 4 mm, or 100
+# cells.
+CHANGED_AREA = 4.0e-4
+TARGET_GONE = 0.7  # share of the target's cells that must vanish for it to be what the gripper holds
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """The facts of `gi.StepResult`. `border_decrease`: of o_b, in heightmap cells."""
+
+    scene_changed: bool
+    target_visible: bool
+    object_grasped: bool
+    target_grasped: bool
+    border_decrease: float
+    detail: str
+
+    def message(self, decision: Decision, outcome: gi.MotionOutcome, stamp_ns: int) -> gi.StepResult:
+        """The judgement as it is logged."""
+        return gi.StepResult(
+            stamp=to_timestamp(stamp_ns),
+            step=decision.step,
+            command_id=outcome.command_id,
+            status=outcome.status,
+            scene_changed=self.scene_changed,
+            target_visible=self.target_visible,
+            object_grasped=self.object_grasped,
+            target_grasped=self.target_grasped,
+            border_decrease=self.border_decrease,
+            detail=self.detail,
+        )
+
+
+def judge(before: Perception, decision: Decision, outcome: gi.MotionOutcome, after: Perception) -> Judgement:
+    """Compare what was seen before and after a motion.
+
+    The target counts as grasped when a grasp aimed at it ended with something in the gripper and at least
+    `TARGET_GONE` of the target's heightmap cells are gone.
+    """
+    held = decision.kind == gi.GRASP and outcome.holding
+    resolution = before.maps.workspace.resolution
+    aimed = bool(feasible_grasps(before.mask, resolution)[decision.rotation, decision.row, decision.column])
+    gone = bool(np.count_nonzero(after.mask) <= (1.0 - TARGET_GONE) * np.count_nonzero(before.mask))
+    target_grasped = held and aimed and gone
+    changed = scene_changed(before.maps, after.maps)
+    detail = ", ".join(
+        filter(
+            None,
+            (
+                outcome.detail,
+                "the scene changed" if changed else "the scene is as before",
+                _target_story(before, after, held, target_grasped),
+            ),
+        )
+    )
+    return Judgement(
+        scene_changed=changed,
+        target_visible=after.target_seen,
+        object_grasped=held,
+        target_grasped=target_grasped,
+        border_decrease=freed_cells(before.maps.height, before.mask, after.maps.height, after.mask, resolution),
+        detail=detail,
+    )
+
+
+def scene_changed(before: Heightmaps, after: Heightmaps) -> bool:
+    """Whether an area of at least `CHANGED_AREA` changed its height by more than `HEIGHT_NOISE`."""
+    cells = np.count_nonzero(np.abs(after.height - before.height) > HEIGHT_NOISE)
+    return bool(cells * before.workspace.resolution**2 >= CHANGED_AREA)
+
+
+def remember(memory: Memory, decision: Decision, judgement: Judgement) -> Memory:
+    """The memory for the next decision.
+
+    A failed push is an explorational one after which the target is still not seen. Grasp failures count up
+    until the target is grasped or a push changes the scene, for then they tell nothing about the new one. An
+    action that changed nothing is not tried again until something changes.
+    """
+    x, y, _ = decision.position
+    failed_pushes = memory.failed_pushes
+    if decision.policy == EXPLORER and not judgement.target_visible:
+        failed_pushes = (*failed_pushes, (x, y))[-REMEMBERED:]
+    failures = memory.consecutive_grasp_failures
+    if decision.kind == gi.GRASP:
+        failures = 0 if judgement.target_grasped else failures + 1
+    elif judgement.scene_changed:
+        failures = 0
+    fruitless = memory.fruitless
+    if judgement.scene_changed:
+        fruitless = ()
+    elif not judgement.target_grasped:
+        tried = FruitlessAction(decision.kind, x, y, decision.yaw)
+        fruitless = (*fruitless, tried)[-FRUITLESS_REMEMBERED:]
+    return Memory(failed_pushes, failures, memory.step + 1, fruitless)
+
+
+def _target_story(before: Perception, after: Perception, held: bool, target_grasped: bool) -> str:
+    if target_grasped:
+        return "the target is in the gripper"
+    if held:
+        return "something else is in the gripper"
+    if after.target_seen and not before.target_seen:
+        return "the target came to light"
+    if before.target_seen and not after.target_seen:
+        return "the target is out of sight"
+    return "the target is seen" if after.target_seen else "the target is still hidden"

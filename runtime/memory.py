@@ -1,0 +1,82 @@
+"""What a decision remembers of earlier ones; bounded, so that a logged decision can be made again."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.runtime.rotation import ACTION_CELLS, ANGLES, action_grid
+from grasping_invisible.runtime.workspace import ROTATIONS, Workspace
+
+FRUITLESS_REMEMBERED = 8
+FRUITLESS_RADIUS = 0.015  # metres around a fruitless action in which it is not tried again
+FRUITLESS_TURN = 1.5 * 2 * math.pi / ROTATIONS  # radians: the same rotation and the ones beside it
+
+
+@dataclass(frozen=True)
+class FruitlessAction:
+    """An action after which the scene was as before. `kind`: gi.PUSH or gi.GRASP; metres, radians, base frame."""
+
+    kind: gi.MotionKind
+    x: float
+    y: float
+    yaw: float
+
+
+@dataclass(frozen=True)
+class Memory:
+    """All that a decision knows of the past.
+
+    `failed_pushes`: where explorational pushes started that did not bring the target to light, (x, y) in the
+    base frame, most recent last, at most three. `consecutive_grasp_failures`: c_g. `step`: 0-based within the
+    run. `fruitless`: actions since the scene last changed, most recent last.
+    """
+
+    failed_pushes: tuple[tuple[float, float], ...] = ()
+    consecutive_grasp_failures: int = 0
+    step: int = 0
+    fruitless: tuple[FruitlessAction, ...] = ()
+
+
+def untried(kind: gi.MotionKind, memory: Memory, workspace: Workspace) -> NDArray[np.bool_]:
+    """Which actions of a kind are not a repetition of a fruitless one: (16, 112, 112) bool.
+
+    The same image brings the same choice: without this a blocked or unreachable motion would be tried for
+    ever.
+    """
+    allowed = np.ones((ROTATIONS, ACTION_CELLS, ACTION_CELLS), np.bool_)
+    grid = action_grid(workspace)
+    cells = np.arange(ACTION_CELLS) + 0.5
+    x, y = grid.low[0] + cells * grid.resolution, grid.high[1] - cells[:, None] * grid.resolution
+    period = math.pi if kind == gi.GRASP else 2 * math.pi  # a grasp turned by half a turn is the same grasp
+    for action in memory.fruitless:
+        if action.kind != kind:
+            continue
+        near = (x - action.x) ** 2 + (y - action.y) ** 2 <= FRUITLESS_RADIUS**2
+        turn = np.abs((ANGLES - action.yaw + period / 2) % period - period / 2)
+        allowed &= ~(near & (turn < FRUITLESS_TURN)[:, None, None])
+    return allowed
+
+
+def memory_message(memory: Memory) -> gi.DecisionMemory:
+    """The memory as it is logged."""
+    return gi.DecisionMemory(
+        failed_pushes=[gi.FailedPush(x=x, y=y) for x, y in memory.failed_pushes],
+        consecutive_grasp_failures=memory.consecutive_grasp_failures,
+        step=memory.step,
+        fruitless=[
+            gi.FruitlessAction(kind=action.kind, x=action.x, y=action.y, yaw=action.yaw) for action in memory.fruitless
+        ],
+    )
+
+
+def memory_from_message(message: gi.DecisionMemory) -> Memory:
+    """The memory that a logged decision was made with."""
+    return Memory(
+        failed_pushes=tuple((push.x, push.y) for push in message.failed_pushes),
+        consecutive_grasp_failures=message.consecutive_grasp_failures,
+        step=message.step,
+        fruitless=tuple(FruitlessAction(act.kind, act.x, act.y, act.yaw) for act in message.fruitless),
+    )

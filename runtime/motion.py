@@ -1,0 +1,132 @@
+"""From a cell and a rotation to a motion of the arm, and which motions can be made at all (paper, section IV-A)."""
+
+import math
+from functools import lru_cache
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from grasping_invisible.data.target_border import distance_to
+from grasping_invisible.runtime.heightmap import Heightmaps
+from grasping_invisible.runtime.rotation import ACTION_CELLS, ANGLES, action_grid
+from grasping_invisible.runtime.workspace import PUSH_LENGTH, ROTATIONS, Workspace
+
+MIN_TCP_HEIGHT = 0.015  # metres above the table, of every motion
+GRASP_DEPTH = 0.03  # metres below the local top, to which a grasp descends
+GRASP_TOP_PERCENTILE = 80.0  # of the heights around a grasp: the top, were half of them beside the object
+GRASP_REACH = 0.008  # metres around a grasp's cell in which the top is looked for
+GRASP_MARGIN = 0.006  # metres beside the target's mask at which its grasp may still be aimed
+
+FINGERS_ALONG = 0.025  # metres, footprint of the closed fingers along a push
+FINGERS_ACROSS = 0.045  # and across it
+PUSH_CLEARANCE = 0.003  # metres between the fingers' lowest point and what they stand above
+PUSH_OVERLAP = 0.005  # metres by which something ahead must stand higher than the TCP, to be pushed
+PUSH_END_MARGIN = 0.01  # metres by which a push may end outside the workspace
+
+
+def cell_position(row: float, column: float, workspace: Workspace) -> tuple[float, float]:
+    """The (x, y) in the base frame, metres, of the middle of a cell of the action grid."""
+    return action_grid(workspace).cell_center(row, column)
+
+
+def grasp_height(maps: Heightmaps, row: int, column: int) -> float:
+    """TCP height above the table, metres, of a grasp at a cell of the action grid.
+
+    `GRASP_DEPTH` below the local top, so that the fingers reach down the object's sides, and not below
+    `MIN_TCP_HEIGHT`.
+    """
+    factor = maps.workspace.cells // ACTION_CELLS
+    reach = round(GRASP_REACH / maps.workspace.resolution) - factor // 2
+    around = maps.height[
+        max(0, row * factor - reach) : (row + 1) * factor + reach,
+        max(0, column * factor - reach) : (column + 1) * factor + reach,
+    ]
+    top = float(np.percentile(around, GRASP_TOP_PERCENTILE))
+    return max(top - GRASP_DEPTH, MIN_TCP_HEIGHT)
+
+
+def push_heights(maps: Heightmaps) -> NDArray[np.float32]:
+    """TCP height above the table, metres, of a push starting at every cell: (16, 112, 112) float32.
+
+    The closed fingers come down just above whatever is under their footprint: beside a heap they reach the
+    table, on top of it they push what stands higher.
+    """
+    return np.maximum(_footprint_heights(maps) + np.float32(PUSH_CLEARANCE), np.float32(MIN_TCP_HEIGHT))
+
+
+def feasible_pushes(maps: Heightmaps, heights: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Which pushes can be made and would meet something: (16, 112, 112) bool.
+
+    `heights`: of `push_heights`. A push is left out where it would end outside the workspace by more than
+    `PUSH_END_MARGIN`, or where nothing along its way stands higher than the TCP.
+    """
+    ahead = np.zeros_like(heights)
+    steps = math.ceil(PUSH_LENGTH / FINGERS_ALONG)
+    cell = maps.workspace.size / ACTION_CELLS
+    footprints = heights - np.float32(PUSH_CLEARANCE)
+    for k, yaw in enumerate(ANGLES):
+        for step in range(1, steps + 1):
+            distance = PUSH_LENGTH * step / steps / cell
+            rows, columns = round(-distance * math.sin(yaw)), round(distance * math.cos(yaw))
+            here, there = _overlap(rows, columns)
+            np.maximum(ahead[k][here], footprints[k][there], out=ahead[k][here])
+    return ends_inside(maps.workspace) & (ahead > heights + np.float32(PUSH_OVERLAP))
+
+
+@lru_cache(maxsize=4)
+def ends_inside(workspace: Workspace) -> NDArray[np.bool_]:
+    """Which pushes end inside the workspace or at most `PUSH_END_MARGIN` outside: (16, 112, 112) bool."""
+    grid = action_grid(workspace)
+    cells = np.arange(ACTION_CELLS) + 0.5
+    yaw = ANGLES[:, None, None]
+    x = grid.low[0] + cells * grid.resolution + PUSH_LENGTH * np.cos(yaw)
+    y = grid.high[1] - cells[:, None] * grid.resolution + PUSH_LENGTH * np.sin(yaw)
+    margin = PUSH_END_MARGIN + 1e-9
+    inside = (x >= grid.low[0] - margin) & (x <= grid.high[0] + margin)
+    return inside & (y >= grid.low[1] - margin) & (y <= grid.high[1] + margin)
+
+
+def feasible_grasps(mask: NDArray[np.bool_], resolution: float) -> NDArray[np.bool_]:
+    """Which grasps are aimed at the target, its mask (N, N) grown by `GRASP_MARGIN`: (16, 112, 112) bool."""
+    if not mask.any():
+        return np.zeros((ROTATIONS, ACTION_CELLS, ACTION_CELLS), np.bool_)
+    near = distance_to(mask) * resolution <= GRASP_MARGIN + 1e-6
+    return np.broadcast_to(_blocks(near).any(axis=(1, 3)), (ROTATIONS, ACTION_CELLS, ACTION_CELLS))
+
+
+def _footprint_heights(maps: Heightmaps) -> NDArray[np.float32]:
+    """The greatest height under the closed fingers at every cell, for every rotation: (16, 112, 112)."""
+    # A single wild reading must not lift the fingers over what they are to push.
+    calm = np.asarray(cv2.medianBlur(maps.height, 3), np.float32)
+    highest = _blocks(calm).max(axis=(1, 3))
+    cell = maps.workspace.size / ACTION_CELLS
+    half_turn = [cv2.dilate(highest, _footprint(k, cell)) for k in range(ROTATIONS // 2)]
+    return np.stack(half_turn + half_turn).astype(np.float32)
+
+
+@lru_cache(maxsize=ROTATIONS)
+def _footprint(k: int, cell: float) -> NDArray[np.uint8]:
+    """The cells under the closed fingers of a push in rotation `k`, as a kernel of odd size."""
+    reach = math.ceil(math.hypot(FINGERS_ALONG, FINGERS_ACROSS) / 2 / cell)
+    rows, columns = np.mgrid[-reach : reach + 1, -reach : reach + 1] * cell
+    yaw = ANGLES[k]
+    along = columns * math.cos(yaw) - rows * math.sin(yaw)
+    across = columns * math.sin(yaw) + rows * math.cos(yaw)
+    under = (np.abs(along) <= FINGERS_ALONG / 2) & (np.abs(across) <= FINGERS_ACROSS / 2)
+    return under.astype(np.uint8)
+
+
+def _blocks(values: NDArray[Any]) -> NDArray[Any]:
+    """Heightmap cells, (N, N), by the cell of the action grid they lie in: (112, N / 112, 112, N / 112)."""
+    factor = values.shape[0] // ACTION_CELLS
+    return values.reshape(ACTION_CELLS, factor, ACTION_CELLS, factor)
+
+
+def _overlap(rows: int, columns: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
+    """The cells that still have a cell `rows` down and `columns` to the right of them, and those cells."""
+    size = ACTION_CELLS
+    here = (slice(max(0, -rows), size - max(0, rows)), slice(max(0, -columns), size - max(0, columns)))
+    there = (slice(max(0, rows), size - max(0, -rows)), slice(max(0, columns), size - max(0, -columns)))
+    return here, there
