@@ -20,8 +20,6 @@ Quaternion = tuple[float, float, float, float]
 DENSITY = 600.0  # kg / m^3, of beech and pine blocks: a cube weighs 75 g
 MIN_MASS = 0.01  # kg; lighter bodies make a solver that also carries a robot arm jitter
 FRICTION = 0.55  # coefficient of wood on wood, and of wood on the table
-# Bullet rounds a convex piece outwards by its margin; this much is below what the camera resolves.
-PIECE_MARGIN = 0.0002
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 
@@ -74,10 +72,7 @@ def body_name(index: int, item: SceneObject) -> str:
 
 def spawn(scene: Scene, workspace: Workspace, client: int) -> dict[str, Body]:
     """Make a body of every object of a scene, by name, in the scene's order."""
-    bodies = [
-        _spawn_one(body_name(index, item), item, workspace, client)
-        for index, item in enumerate(scene.objects)
-    ]
+    bodies = [_spawn_one(body_name(index, item), item, workspace, client) for index, item in enumerate(scene.objects)]
     return {body.name: body for body in bodies}
 
 
@@ -108,6 +103,8 @@ def _spawn_one(name: str, item: SceneObject, workspace: Workspace, client: int) 
         ),
         center,
         rotation,
+        # A rigid body proper: a multibody without joints costs the solver three times as much.
+        useMaximalCoordinates=True,
         physicsClientId=client,
     )
     p.changeDynamics(
@@ -120,8 +117,6 @@ def _spawn_one(name: str, item: SceneObject, workspace: Workspace, client: int) 
         restitution=0.0,
         physicsClientId=client,
     )
-    if solid.kind == "pieces":
-        p.changeDynamics(body, -1, collisionMargin=PIECE_MARGIN, physicsClientId=client)
     return Body(name, body, client, item, solid, mass, friction)
 
 
@@ -136,7 +131,5 @@ def _contact_shape(solid: Solid, client: int) -> int:
     return p.createCollisionShape(p.GEOM_MESH, fileName=contact_file(solid), physicsClientId=client)
 
 
-def _center_of_mass_pose(
-    solid: Solid, position: Position, quaternion: Quaternion
-) -> tuple[Position, Quaternion]:
+def _center_of_mass_pose(solid: Solid, position: Position, quaternion: Quaternion) -> tuple[Position, Quaternion]:
     return p.multiplyTransforms(position, quaternion, solid.center_of_mass, IDENTITY)

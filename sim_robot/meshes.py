@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
+from numpy.typing import NDArray
 
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.sim_robot.blocks import Solid, mass_properties
@@ -22,6 +23,8 @@ ENDINGS = (".obj", ".stl")
 SMALLEST, LARGEST = 0.003, 0.4  # metres, of a mesh's longest side
 MAX_FACES = 200_000
 CONVEX_TOLERANCE = 0.005  # of the longest side: how far a vertex may lie outside a face's plane
+# Bullet rounds a convex hull outwards by this many metres, so its hull is made that much smaller.
+HULL_MARGIN = 0.001
 VHACD_TIMEOUT = 300  # seconds
 
 # In a process of its own, because V-HACD writes pages of progress to stdout.
@@ -61,9 +64,20 @@ def cache_folder() -> Path:
 @lru_cache(maxsize=256)
 def contact_file(solid: Solid) -> str:
     """Path of an OBJ whose groups are the convex pieces, its origin at the centre of mass."""
-    return _write_obj(
-        "contact", [(piece.vertices, piece.faces) for piece in solid.pieces], solid.center_of_mass
-    )
+    groups = [(drawn_in(piece, HULL_MARGIN), piece.faces) for piece in solid.pieces]
+    return _write_obj("contact", groups, solid.center_of_mass)
+
+
+def drawn_in(piece: trimesh.Trimesh, depth: float) -> NDArray[np.float64]:
+    """Vertices of a convex piece after moving every face inwards by `depth`, or by less where it is too thin."""
+    depth = min(depth, 0.25 * float(piece.extents.min()))
+    moved = np.array(piece.vertices)
+    for vertex in range(len(moved)):
+        normals = piece.face_normals[(piece.faces == vertex).any(axis=1)]
+        step = np.linalg.lstsq(normals, np.full(len(normals), -depth), rcond=0.05)[0]
+        # At a needle's tip the faces' common point would lie far inside.
+        moved[vertex] += step * min(1.0, 3 * depth / max(float(np.linalg.norm(step)), 1e-12))
+    return moved
 
 
 @lru_cache(maxsize=256)
@@ -152,7 +166,7 @@ def _run_vhacd(path: str, mesh: trimesh.Trimesh, result: Path) -> None:
 
 
 def _write_obj(kind: str, groups: list, origin: tuple[float, float, float], normals=None) -> str:
-    """Write groups of (vertices, faces), moved so that `origin` is at zero, unless that file is there already.
+    """Write groups of (vertices, faces), moved so that `origin` is at zero, unless it is there already.
 
     `normals`: one for each face, of a single group whose faces share no vertices.
     """
@@ -165,9 +179,7 @@ def _write_obj(kind: str, groups: list, origin: tuple[float, float, float], norm
             lines += [f"f {a + first} {b + first} {c + first}" for a, b, c in faces]
         else:
             lines += [f"vn {x:.6f} {y:.6f} {z:.6f}" for x, y, z in normals]
-            lines += [
-                f"f {a + 1}//{n} {b + 1}//{n} {c + 1}//{n}" for n, (a, b, c) in enumerate(faces, start=1)
-            ]
+            lines += [f"f {a + 1}//{n} {b + 1}//{n} {c + 1}//{n}" for n, (a, b, c) in enumerate(faces, start=1)]
         first += len(vertices)
     text = "\n".join(lines) + "\n"
     path = cache_folder() / f"{kind}-{hashlib.sha256(text.encode()).hexdigest()[:32]}.obj"

@@ -100,9 +100,7 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
 
 def scene_names() -> list[str]:
     """Names of the scenes that come with the project, sorted."""
-    return sorted(
-        entry.name.removesuffix(".toml") for entry in _shipped().iterdir() if entry.name.endswith(".toml")
-    )
+    return sorted(entry.name.removesuffix(".toml") for entry in _shipped().iterdir() if entry.name.endswith(".toml"))
 
 
 def load_scene(name_or_path: str | Path) -> Scene:
@@ -116,9 +114,7 @@ def load_scene(name_or_path: str | Path) -> Scene:
     except msgspec.DecodeError as error:
         raise BadInput(f"scene {source}: {error}") from None
     folder = Path(source).parent
-    return msgspec.structs.replace(
-        scene, objects=tuple(_with_absolute_mesh(item, folder) for item in scene.objects)
-    )
+    return msgspec.structs.replace(scene, objects=tuple(_with_absolute_mesh(item, folder) for item in scene.objects))
 
 
 def save_scene(scene: Scene, path: str | Path) -> None:
@@ -153,9 +149,7 @@ def _read(name_or_path: str) -> tuple[str, str]:
         raise BadInput(f"scene {path} cannot be read: {error}") from None
     except ValueError as error:  # a path with a null byte
         raise BadInput(f"scene {name_or_path!r} is not a path: {error}") from None
-    raise BadInput(
-        f"unknown scene {name_or_path!r}; known: {', '.join(scene_names())}, or the path of a TOML file"
-    )
+    raise BadInput(f"unknown scene {name_or_path!r}; known: {', '.join(scene_names())}, or the path of a TOML file")
 
 
 def _with_absolute_mesh(item: SceneObject, folder: Path) -> SceneObject:
