@@ -14,7 +14,7 @@ class SafetyLimits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     margin: float = 0.03  # how far outside the workspace a motion may start or end
     min_height: float = 0.01  # of the TCP above the table
-    max_height: float = 0.30
+    max_height: float = 0.25
     max_push_length: float = PUSH_LENGTH
 
 
@@ -40,9 +40,7 @@ def check_command(command: gi.MotionCommand, limits: SafetyLimits, workspace: Wo
     _check_point("start" if command.kind == gi.PUSH else "grasp", start.x, start.y, limits, workspace)
     if command.kind == gi.PUSH:
         if not 0.0 < command.length <= limits.max_push_length + 1e-9:
-            raise UnsafeCommand(
-                f"push length {command.length:.3f} m is outside 0 to {limits.max_push_length:.3f} m"
-            )
+            raise UnsafeCommand(f"push length {command.length:.3f} m is outside 0 to {limits.max_push_length:.3f} m")
         end_x = start.x + command.length * math.cos(command.yaw)
         end_y = start.y + command.length * math.sin(command.yaw)
         _check_point("end", end_x, end_y, limits, workspace)

@@ -105,6 +105,7 @@ class SimRobot:
         if reason is not None:
             raise RobotError(f"motion {command.id} refused: {reason}")
         started = self._clock()
+        self._stop_reason = None  # a stop asked for while the last motion's objects settled was for that motion
         self.state, self.active_command_id = gi.MOVING, command.id
         status, detail, fraction = gi.COMPLETED, "", 1.0
         try:

@@ -1,0 +1,102 @@
+"""Puts colour, depth, calibration and transforms that were published apart back together, by their stamp."""
+
+from collections import OrderedDict
+from dataclasses import dataclass
+
+from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
+from google.protobuf.message import DecodeError
+from google.protobuf.timestamp_pb2 import Timestamp
+
+from grasping_invisible.data.calibration_message import decode_calibration
+from grasping_invisible.data.clock import to_ns
+from grasping_invisible.data.errors import BadMessage
+from grasping_invisible.data.images import CAMERA_FRAME, decode_color, decode_depth
+from grasping_invisible.data.topics import CAMERA_INFO, COLOR_IMAGE, DEPTH_IMAGE, TRANSFORMS, Topic
+from grasping_invisible.data.transform_message import decode_transform
+from grasping_invisible.runtime.errors import RobotError
+from grasping_invisible.runtime.frame import Camera, RgbdFrame
+
+_KEPT = 8  # stamps; a set that is not complete by then has lost a part
+
+
+@dataclass
+class FrameParts:
+    """What has come of one camera frame so far."""
+
+    color: CompressedImage | None = None
+    depth: RawImage | None = None
+    info: CameraCalibration | None = None
+    transforms: FrameTransforms | None = None
+
+    @property
+    def missing(self) -> list[str]:
+        """Topics that have not come yet."""
+        parts = (
+            (COLOR_IMAGE, self.color),
+            (DEPTH_IMAGE, self.depth),
+            (CAMERA_INFO, self.info),
+            (TRANSFORMS, self.transforms),
+        )
+        return [topic.key for topic, message in parts if message is None]
+
+    def decode(self) -> RgbdFrame:
+        """The frame, once complete. Raises `RobotError` when its parts are damaged or do not fit together."""
+        if self.color is None or self.depth is None or self.info is None or self.transforms is None:
+            raise RobotError(f"the camera frame lacks {', '.join(self.missing)}")
+        try:
+            color, depth = decode_color(self.color), decode_depth(self.depth)
+            intrinsics = decode_calibration(self.info)
+            base_from_camera = decode_transform(self.transforms, CAMERA_FRAME)
+        except BadMessage as error:
+            raise RobotError(f"the robot sent a camera frame that cannot be used: {error}") from error
+        height, width = color.shape[:2]
+        for what, shape in (("depth", depth.shape), ("calibration", (self.info.height, self.info.width))):
+            if shape != (height, width):
+                raise RobotError(f"colour is {width} x {height} but {what} is {shape[1]} x {shape[0]}")
+        camera = Camera(width, height, intrinsics, base_from_camera)
+        return RgbdFrame(to_ns(self.color.timestamp), color, depth, camera)
+
+
+class FrameSets:
+    """The most recent camera frames, complete or still arriving. Not safe across threads."""
+
+    def __init__(self) -> None:
+        self._sets: OrderedDict[int, FrameParts] = OrderedDict()
+
+    def add(self, topic: Topic, payload: bytes) -> None:
+        """Take in a message; one of another topic, or damaged, is left out and its set stays incomplete."""
+        try:
+            if topic is COLOR_IMAGE:
+                color = CompressedImage.FromString(payload)
+                self._at(color.timestamp).color = color
+            elif topic is DEPTH_IMAGE:
+                depth = RawImage.FromString(payload)
+                self._at(depth.timestamp).depth = depth
+            elif topic is CAMERA_INFO:
+                info = CameraCalibration.FromString(payload)
+                self._at(info.timestamp).info = info
+            elif topic is TRANSFORMS:
+                message = FrameTransforms.FromString(payload)
+                if message.transforms:
+                    self._at(message.transforms[0].timestamp).transforms = message
+        except DecodeError:
+            return
+
+    def first_since(self, stamp_ns: int) -> FrameParts | None:
+        """The earliest complete set stamped at or after `stamp_ns`; None if there is none yet."""
+        complete = [stamp for stamp, parts in self._sets.items() if stamp >= stamp_ns and not parts.missing]
+        return self._sets[min(complete)] if complete else None
+
+    def missing_since(self, stamp_ns: int) -> list[str]:
+        """What the fullest set stamped at or after `stamp_ns` lacks; all topics if there is no such set."""
+        candidates = [parts.missing for stamp, parts in self._sets.items() if stamp >= stamp_ns]
+        return min(candidates, key=len, default=FrameParts().missing)
+
+    def _at(self, timestamp: Timestamp) -> FrameParts:
+        parts = self._sets.setdefault(to_ns(timestamp), FrameParts())
+        while len(self._sets) > _KEPT:
+            self._sets.popitem(last=False)
+        return parts

@@ -1,0 +1,154 @@
+"""The loop (paper, algorithm 1): observe, decide, act, judge, until the target is in the gripper.
+
+It works with any robot and any models, in this process or across the link. Whoever shows or keeps what happens is a
+watcher: the loop tells it and does not wait.
+"""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from itertools import count
+from typing import Protocol
+
+from grasping_invisible.data.clock import to_timestamp
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.runtime.decision import DecisionSettings, Deliberation, Models, deliberate
+from grasping_invisible.runtime.errors import RobotError
+from grasping_invisible.runtime.frame import RgbdFrame
+from grasping_invisible.runtime.judge import Judgement, judge, remember
+from grasping_invisible.runtime.memory import Memory
+from grasping_invisible.runtime.perception import Perception, perceive
+from grasping_invisible.runtime.robot import Robot
+from grasping_invisible.runtime.safety import SafetyLimits, check_command
+
+
+class Goal(Enum):
+    """What a run is for, and therefore when it ends."""
+
+    GRASP = "grasp"  # the target is in the gripper
+    FIND = "find"  # the target is seen
+
+
+@dataclass(frozen=True)
+class RunPlan:
+    """What a run may take. `max_motions` counts pushes and grasps; going home and putting down are free."""
+
+    seed: int = 0
+    max_motions: int = 15
+    goal: Goal = Goal.GRASP
+    limits: SafetyLimits = field(default_factory=SafetyLimits)
+
+
+class Watcher(Protocol):
+    """Who is told what happens. Must be quick; whatever takes long belongs in a thread of its own."""
+
+    def perceived(self, frame: RgbdFrame, perception: Perception, step: int) -> None:
+        """`frame` is what step `step` starts from; the last step's is followed by no decision."""
+        ...
+
+    def decided(self, frame: RgbdFrame, deliberation: Deliberation) -> None:
+        """The next motion is chosen and about to be sent."""
+        ...
+
+    def judged(self, deliberation: Deliberation, outcome: gi.MotionOutcome, judgement: Judgement) -> None:
+        """The motion has ended and is judged."""
+        ...
+
+
+@dataclass
+class RunProgress:
+    """How far a run has come; it stays valid when the run is cut short by an error or a person."""
+
+    found: bool = False
+    grasped: bool = False
+    motions: int = 0
+    decision_ms: list[float] = field(default_factory=list)
+
+
+def run_loop(
+    robot: Robot,
+    models: Models,
+    settings: DecisionSettings,
+    plan: RunPlan,
+    watchers: Sequence[Watcher] = (),
+    progress: RunProgress | None = None,
+) -> RunProgress:
+    """Pursue the plan's goal within its motions. Raises `RobotError` when the robot cannot go on.
+
+    `progress`, if given, is kept up to date throughout, for a caller who must know after an interruption.
+    """
+    progress = progress or RunProgress()
+    actor = _Actor(robot, plan.limits, settings)
+    actor.make_ready()
+    memory = Memory()
+    frame = robot.observe()
+    perception = perceive(frame, models, settings.target, settings.workspace)
+    while True:
+        for watcher in watchers:
+            watcher.perceived(frame, perception, memory.step)
+        progress.found = progress.found or perception.target_seen
+        if _is_over(progress, plan):
+            return progress
+
+        deliberation = deliberate(perception, memory, models, settings, plan.seed)
+        progress.decision_ms.append(sum(deliberation.stage_ms.values()))
+        for watcher in watchers:
+            watcher.decided(frame, deliberation)
+
+        progress.motions += 1
+        outcome = actor.act(deliberation)
+
+        frame = robot.observe()
+        after = perceive(frame, models, settings.target, settings.workspace)
+        judgement = judge(perception, deliberation.decision, outcome, after)
+        progress.grasped = judgement.target_grasped
+        for watcher in watchers:
+            watcher.judged(deliberation, outcome, judgement)
+
+        memory = remember(memory, deliberation.decision, judgement)
+        perception = after
+        if judgement.object_grasped and not judgement.target_grasped:
+            actor.put_down()
+            frame = robot.observe()
+            perception = perceive(frame, models, settings.target, settings.workspace)
+
+
+def _is_over(progress: RunProgress, plan: RunPlan) -> bool:
+    reached = progress.grasped or (plan.goal is Goal.FIND and progress.found)
+    return reached or progress.motions >= plan.max_motions
+
+
+class _Actor:
+    """Sends commands, each within the limits and with a new number, and insists that the robot can go on."""
+
+    def __init__(self, robot: Robot, limits: SafetyLimits, settings: DecisionSettings) -> None:
+        self._robot = robot
+        self._limits = limits
+        self._workspace = settings.workspace
+        self._numbers = count(1)
+
+    def make_ready(self) -> None:
+        """Out of the camera's view, after whatever was before, and with an empty gripper."""
+        if self._carry_out(self._simple(gi.HOME)).holding:
+            self.put_down()
+
+    def act(self, deliberation: Deliberation) -> gi.MotionOutcome:
+        """Carry out a decision."""
+        return self._carry_out(deliberation.decision.command(next(self._numbers), time.time_ns()))
+
+    def put_down(self) -> None:
+        """Put what is held in the discard bin."""
+        self._carry_out(self._simple(gi.PLACE))
+
+    def _simple(self, kind: gi.MotionKind) -> gi.MotionCommand:
+        return gi.MotionCommand(id=next(self._numbers), stamp=to_timestamp(time.time_ns()), kind=kind)
+
+    def _carry_out(self, command: gi.MotionCommand) -> gi.MotionOutcome:
+        check_command(command, self._limits, self._workspace)
+        outcome = self._robot.execute(command)
+        if outcome.status in (gi.STOPPED, gi.FAULT):
+            what = f"{gi.MotionKind.Name(command.kind)} {command.id}"
+            how = "was stopped" if outcome.status == gi.STOPPED else "ended in a fault"
+            raise RobotError(f"{what} {how}: {outcome.detail}")
+        return outcome

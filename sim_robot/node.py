@@ -1,0 +1,89 @@
+"""The simulated robot as a process of its own, on the link."""
+
+import time
+from dataclasses import replace
+
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+
+from grasping_invisible.data.clock import to_timestamp
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.data.topics import PROTOCOL_VERSION, TRUTH
+from grasping_invisible.runtime.frame import RgbdFrame
+from grasping_invisible.runtime.robot_server import RobotServer
+from grasping_invisible.sim_robot.robot import SimRobot
+from grasping_invisible.sim_robot.scene import Scene
+
+ROBOT_NAME = "simulated panda"
+IDLE_SECONDS = 0.5  # between two camera frames while the robot stands still
+
+
+class SimNode:
+    """Serves a `SimRobot` at `endpoint`.
+
+    Camera frames go out `camera_hz` times a simulated second while the arm moves. The world stands still between
+    motions, and so does its picture: while idle, the frame taken after the last motion goes out again with a new
+    stamp. What a decision sees therefore never depends on how fast either process runs.
+    """
+
+    def __init__(self, scene: Scene, seed: int, endpoint: str, camera_hz: float, *, gui: bool = False) -> None:
+        self._camera_period = 1.0 / camera_hz
+        self._next_frame_at = 0.0
+        self._robot = SimRobot(scene, seed, gui=gui, on_tick=self._tick)
+        try:
+            self._server = RobotServer(endpoint, self)
+        except BaseException:
+            self._robot.close()
+            raise
+
+    def run(self) -> None:
+        """Serve until interrupted."""
+        self._publish_still(self._robot.observe())
+        while True:
+            command = self._server.next_command(IDLE_SECONDS)
+            if command is None:
+                self._publish_still(replace(self._still, stamp_ns=time.time_ns()))
+                continue
+            outcome = self._server.carry_out(command)
+            self._server.publish_outcome(outcome)
+            self._publish_still(self._robot.observe())
+
+    def close(self) -> None:
+        """Leave the link and free the world."""
+        self._server.close()
+        self._robot.close()
+
+    # ---- what the server asks of a driver ---------------------------------------------------------------
+
+    def refusal(self, command: gi.MotionCommand) -> str | None:
+        """See `Driver`."""
+        return self._robot.refusal(command)
+
+    def execute(self, command: gi.MotionCommand) -> gi.MotionOutcome:
+        """See `Driver`."""
+        return self._robot.execute(command)
+
+    def request_stop(self, reason: str) -> None:
+        """See `Driver`."""
+        self._robot.request_stop(reason)
+
+    def heartbeat(self) -> gi.RobotHealth:
+        """See `Driver`."""
+        return self._robot.health(ROBOT_NAME, PROTOCOL_VERSION)
+
+    # ---- frames -------------------------------------------------------------------------------------------
+
+    def _tick(self, seconds: float) -> None:
+        if seconds >= self._next_frame_at:
+            self._next_frame_at = seconds + self._camera_period
+            self._publish(self._robot.observe())
+
+    def _publish_still(self, frame: RgbdFrame) -> None:
+        self._still = frame
+        self._publish(frame)
+        truth = self._robot.truth()
+        truth.stamp.CopyFrom(to_timestamp(frame.stamp_ns))
+        self._server.bus.publish(TRUTH, truth)
+
+    def _publish(self, frame: RgbdFrame) -> None:
+        transforms: FrameTransforms = self._robot.transforms(frame.stamp_ns)
+        self._server.publish_frame(frame, transforms, self._robot.joint_states(frame.stamp_ns))

@@ -1,0 +1,319 @@
+"""Both sides of the protocol, over a real zenoh session on loopback, with a small robot that does not move."""
+
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+
+import numpy as np
+import pytest
+from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
+
+from grasping_invisible.data.clock import to_timestamp
+from grasping_invisible.data.images import CAMERA_FRAME
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.data.topics import COMMAND, COMMAND_REPLY, OUTCOME, PROTOCOL_VERSION, Topic
+from grasping_invisible.data.transform_message import encode_transforms
+from grasping_invisible.runtime import zenoh_session
+from grasping_invisible.runtime.bus import Bus
+from grasping_invisible.runtime.errors import BadInput, LinkError, RobotError
+from grasping_invisible.runtime.frame import Camera, RgbdFrame
+from grasping_invisible.runtime.link_settings import LinkSettings
+from grasping_invisible.runtime.robot_link import ZenohRobot
+from grasping_invisible.runtime.robot_server import RobotServer
+
+INTRINSICS = np.array([[60.0, 0, 31.5], [0, 60.0, 23.5], [0, 0, 1]])
+BASE_FROM_CAMERA = np.array([[0.0, -1, 0, 0.9], [-1, 0, 0, 0.1], [0, 0, -1, 0.7], [0, 0, 0, 1]])
+QUICK = LinkSettings(connect_seconds=2.0, silence_seconds=0.5, reply_seconds=0.5, motion_seconds=3.0, frame_seconds=1.0)
+
+
+def endpoint() -> str:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+
+
+class StillRobot:
+    """A driver whose motions only take time; the colour of its picture counts them."""
+
+    def __init__(self) -> None:
+        self.motion_seconds = 0.05
+        self.motions = 0
+        self.fault = ""
+        self.version = PROTOCOL_VERSION
+        self.protocol_state: gi.RobotState = gi.IDLE
+        self._stop = threading.Event()
+        self._stop_reason = ""
+
+    def refusal(self, command: gi.MotionCommand) -> str | None:
+        return "too far away" if command.position.x > 10 else None
+
+    def execute(self, command: gi.MotionCommand) -> gi.MotionOutcome:
+        if self.fault:
+            self.protocol_state = gi.ROBOT_FAULT
+            raise RobotError(self.fault)
+        started = time.time_ns()
+        self._stop.clear()
+        stopped = self._stop.wait(self.motion_seconds)
+        self.motions += 1
+        return gi.MotionOutcome(
+            command_id=command.id,
+            started=to_timestamp(started),
+            ended=to_timestamp(time.time_ns()),
+            status=gi.STOPPED if stopped else gi.COMPLETED,
+            detail=self._stop_reason if stopped else "done",
+        )
+
+    def request_stop(self, reason: str) -> None:
+        self._stop_reason = reason
+        self._stop.set()
+
+    def heartbeat(self) -> gi.RobotHealth:
+        return gi.RobotHealth(state=self.protocol_state, robot_name="still", protocol_version=self.version)
+
+    def frame(self) -> RgbdFrame:
+        color = np.full((48, 64, 3), self.motions, np.uint8)
+        depth = np.full((48, 64), 0.5 + self.motions / 100, np.float32)
+        return RgbdFrame(time.time_ns(), color, depth, Camera(64, 48, INTRINSICS, BASE_FROM_CAMERA))
+
+
+class Side:
+    """The robot's process, as a thread."""
+
+    def __init__(self) -> None:
+        self.endpoint = endpoint()
+        self.driver = StillRobot()
+        self.server = RobotServer(self.endpoint, self.driver)
+        self.says_outcome = True
+        self.sends_frames = True
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        while not self._ended.is_set():
+            command = self.server.next_command(0.05)
+            if command is not None:
+                outcome = self.server.carry_out(command)
+                if self.says_outcome:
+                    self.server.publish_outcome(outcome)
+                else:
+                    self.server._free()
+            if self.sends_frames:
+                frame = self.driver.frame()
+                poses = encode_transforms({CAMERA_FRAME: BASE_FROM_CAMERA}, frame.stamp_ns)
+                joints = JointStates(timestamp=to_timestamp(frame.stamp_ns))
+                self.server.publish_frame(frame, poses, joints)
+
+    def close(self) -> None:
+        self._ended.set()
+        self.driver.request_stop("test over")
+        self._thread.join(5)
+        self.server.close()
+
+
+@pytest.fixture
+def side() -> Iterator[Side]:
+    side = Side()
+    yield side
+    side.close()
+
+
+@contextmanager
+def connected(side: Side, bus: Bus | None = None, run_id: str = "run") -> Iterator[ZenohRobot]:
+    robot = ZenohRobot(side.endpoint, bus or Bus(), QUICK, run_id)
+    try:
+        yield robot
+    finally:
+        robot.close()
+
+
+def command(number: int, x: float = 0.5) -> gi.MotionCommand:
+    return gi.MotionCommand(id=number, kind=gi.PUSH, position=gi.Point(x=x, y=0, z=0.02), length=0.1)
+
+
+def wait_until(condition: Callable[[], bool], seconds: float = 3.0) -> None:
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def execute_until_closed(robot: ZenohRobot) -> None:
+    with suppress(RobotError):
+        robot.execute(command(1))
+
+
+def test_observes_acts_and_sees_what_came_of_it(side: Side) -> None:
+    with connected(side) as robot:
+        before = robot.observe()
+        assert before.color[0, 0, 0] == 0
+        assert before.depth[0, 0] == pytest.approx(0.5)
+        assert np.allclose(before.camera.intrinsics, INTRINSICS)
+        assert np.allclose(before.camera.base_from_camera, BASE_FROM_CAMERA)
+        for number in (1, 2):
+            outcome = robot.execute(command(number))
+            assert (outcome.status, outcome.command_id) == (gi.COMPLETED, number)
+            assert robot.observe().color[0, 0, 0] == number  # never a picture from before the motion
+
+
+def test_everything_said_and_heard_reaches_the_sinks_as_it_travelled(side: Side) -> None:
+    heard: list[tuple[str, bytes]] = []
+
+    def sink(topic: Topic, payload: bytes, time_ns: int) -> None:
+        heard.append((topic.key, payload))
+
+    sent = command(7)
+    with connected(side, Bus(sinks=(sink,))) as robot:
+        robot.observe()
+        robot.execute(sent)
+    keys = [key for key, _ in heard]
+    assert {"gi/robot/camera/color", "gi/robot/joints", "gi/robot/health", "gi/runtime/health"} <= set(keys)
+    assert keys.index(COMMAND.key) < keys.index(COMMAND_REPLY.key) < keys.index(OUTCOME.key)
+    assert dict(heard)[COMMAND.key] == sent.SerializeToString()
+
+
+def test_a_refusal_is_an_error_with_the_robots_reason_and_nothing_moves(side: Side) -> None:
+    with connected(side) as robot:
+        with pytest.raises(RobotError, match="refused PUSH 1: too far away"):
+            robot.execute(command(1, x=11))
+        assert side.driver.motions == 0
+        assert robot.execute(command(2)).status == gi.COMPLETED
+
+
+def test_a_fault_in_a_motion_is_an_outcome(side: Side) -> None:
+    side.driver.fault = "a joint is broken"
+    with connected(side) as robot:
+        outcome = robot.execute(command(1))
+        assert (outcome.status, outcome.detail) == (gi.FAULT, "a joint is broken")
+
+
+def test_a_robot_at_fault_is_not_waited_for(side: Side) -> None:
+    side.sends_frames = False
+    side.driver.protocol_state = gi.ROBOT_FAULT
+    time.sleep(0.2)
+    with connected(side) as robot, pytest.raises(RobotError, match="at fault"):
+        robot.observe()
+
+
+def test_nobody_there_is_a_link_error() -> None:
+    nobody = endpoint()
+    started = time.monotonic()
+    with pytest.raises(LinkError, match="nothing answers"):
+        ZenohRobot(nobody, Bus(), LinkSettings(connect_seconds=0.3), "run")
+    assert time.monotonic() - started < 1.5
+
+
+def test_a_listener_that_is_no_robot_is_a_link_error() -> None:
+    where = endpoint()
+    session = zenoh_session.listen(where)
+    try:
+        with pytest.raises(LinkError, match="no robot is heard"):
+            ZenohRobot(where, Bus(), LinkSettings(connect_seconds=0.3), "run")
+    finally:
+        zenoh_session.close(session)
+
+
+def test_another_protocol_version_is_refused(side: Side) -> None:
+    side.driver.version = 99
+    time.sleep(0.15)
+    with pytest.raises(RobotError, match="version 99"), connected(side):
+        pass
+
+
+def test_silence_while_moving_is_noticed(side: Side) -> None:
+    side.driver.motion_seconds = 5.0
+    with connected(side) as robot:
+        threading.Timer(0.2, side.server._heartbeat.stop).start()
+        started = time.monotonic()
+        with pytest.raises(LinkError, match="silent"):
+            robot.execute(command(1))
+        assert time.monotonic() - started < 1.5
+
+
+def test_a_robot_that_goes_away_is_noticed_at_once(side: Side) -> None:
+    side.driver.motion_seconds = 5.0
+    with connected(side) as robot:
+        threading.Timer(0.2, side.server.close).start()
+        started = time.monotonic()
+        with pytest.raises(LinkError, match="gone"):
+            robot.execute(command(1))
+        assert time.monotonic() - started < 1.0
+
+
+def test_a_lost_outcome_is_noticed(side: Side) -> None:
+    side.says_outcome = False
+    with connected(side) as robot, pytest.raises(LinkError, match="never came"):
+        robot.execute(command(1))
+
+
+def test_missing_frames_are_named(side: Side) -> None:
+    side.sends_frames = False
+    time.sleep(0.2)
+    with connected(side) as robot, pytest.raises(LinkError, match="gi/robot/camera/depth"):
+        robot.observe()
+
+
+def test_stop_ends_the_motion_with_its_reason(side: Side) -> None:
+    side.driver.motion_seconds = 5.0
+    with connected(side) as robot:
+        threading.Timer(0.2, robot.stop, args=("a hand is in the way",)).start()
+        outcome = robot.execute(command(1))
+        assert (outcome.status, outcome.detail) == (gi.STOPPED, "a hand is in the way")
+
+
+def test_a_motion_that_does_not_end_is_stopped(side: Side) -> None:
+    side.driver.motion_seconds = 10.0
+    with connected(side) as robot:
+        with pytest.raises(LinkError, match="has not ended"):
+            robot.execute(command(1))
+        wait_until(lambda: side.driver.motions == 1)
+
+
+def test_robot_stops_when_the_runtime_goes_away(side: Side) -> None:
+    side.driver.motion_seconds = 10.0
+    with connected(side) as robot:
+        threading.Thread(target=execute_until_closed, args=(robot,), daemon=True).start()
+        wait_until(lambda: side.server._busy_with == 1)
+    wait_until(lambda: side.driver.motions == 1)
+    assert side.driver._stop_reason == "the runtime has gone"
+
+
+def test_robot_stops_when_the_runtime_falls_silent(side: Side) -> None:
+    side.driver.motion_seconds = 10.0
+    with connected(side) as robot:
+        assert robot._heartbeat is not None
+        threading.Timer(0.2, robot._heartbeat.stop).start()
+        outcome = robot.execute(command(1))
+        assert outcome.status == gi.STOPPED
+        assert "silent" in outcome.detail
+
+
+def test_two_runtimes_at_once_move_nothing(side: Side) -> None:
+    with connected(side, run_id="first") as first, connected(side, run_id="second"):
+        time.sleep(0.25)
+        with pytest.raises(RobotError, match="first, second"):
+            first.execute(command(1))
+
+
+def test_a_second_command_while_moving_is_refused(side: Side) -> None:
+    side.driver.motion_seconds = 0.5
+    with connected(side) as robot:
+        mover = threading.Thread(target=robot.execute, args=(command(1),), daemon=True)
+        mover.start()
+        wait_until(lambda: side.server._busy_with == 1)
+        with pytest.raises(RobotError, match="motion 1 has not ended"):
+            robot.execute(command(2))
+        mover.join(3)
+
+
+@pytest.mark.parametrize("locator", ["", "sim2", "127.0.0.1:7447", "tcp/", "tcp/host", "smoke/signal:1", "tcp/a b:1"])
+def test_what_is_no_locator_is_bad_input(locator: str) -> None:
+    with pytest.raises(BadInput, match="locator"):
+        zenoh_session.connect(locator, 0.1)
+
+
+def test_an_endpoint_in_use_is_bad_input(side: Side) -> None:
+    with pytest.raises(BadInput, match="Address already in use"):
+        zenoh_session.listen(side.endpoint)
