@@ -38,7 +38,8 @@ def push_reward(
     from above. `length`: metres. `resolution`: metres a cell. A target that is no longer seen afterwards was
     not freed.
     """
-    if freed_cells(before_height, before_mask, after_height, after_mask, resolution) >= (FREED_AREA / resolution**2):
+    freed = freed_cells(before_height, before_mask, after_height, after_mask, resolution)
+    if freed >= round(FREED_AREA / resolution**2):
         return PUSH_FREED
     if push_passes(before_mask, start, yaw, length / resolution):
         return PUSH_AIMED

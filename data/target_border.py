@@ -35,9 +35,7 @@ class TargetBorder:
         return self.occupied / self.target if self.target else 0.0
 
 
-def target_border(
-    height: NDArray[np.float32], mask: NDArray[np.bool_], resolution: float = 0.002
-) -> TargetBorder:
+def target_border(height: NDArray[np.float32], mask: NDArray[np.bool_], resolution: float = 0.002) -> TargetBorder:
     """Measure the border of the target; all counts are 0 where there is no target.
 
     `height`: (N, N), metres above the table. `mask`: (N, N) bool, the target's cells. `resolution`: metres a

@@ -124,12 +124,7 @@ def _window(camera: Camera, workspace: Workspace) -> tuple[slice, slice]:
     (low_x, low_y), (high_x, high_y) = workspace.low, workspace.high
     bottom = workspace.center[2]
     corners = np.array(
-        [
-            (x, y, z, 1.0)
-            for x in (low_x, high_x)
-            for y in (low_y, high_y)
-            for z in (bottom - 0.02, bottom + MAX_HEIGHT)
-        ]
+        [(x, y, z, 1.0) for x in (low_x, high_x) for y in (low_y, high_y) for z in (bottom - 0.02, bottom + MAX_HEIGHT)]
     )
     in_camera = (np.linalg.inv(camera.base_from_camera) @ corners.T)[:3]
     if (in_camera[2] <= 0.01).any():

@@ -83,7 +83,7 @@ def judge(before: Perception, decision: Decision, outcome: gi.MotionOutcome, aft
 def scene_changed(before: Heightmaps, after: Heightmaps) -> bool:
     """Whether an area of at least `CHANGED_AREA` changed its height by more than `HEIGHT_NOISE`."""
     cells = np.count_nonzero(np.abs(after.height - before.height) > HEIGHT_NOISE)
-    return bool(cells * before.workspace.resolution**2 >= CHANGED_AREA)
+    return bool(cells >= round(CHANGED_AREA / before.workspace.resolution**2))
 
 
 def remember(memory: Memory, decision: Decision, judgement: Judgement) -> Memory:

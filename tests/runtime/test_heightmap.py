@@ -3,7 +3,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grasping_invisible.runtime.frame import Camera, RgbdFrame
-from grasping_invisible.runtime.heightmap import MAX_HEIGHT, project
+from grasping_invisible.runtime.heightmap import project
 from grasping_invisible.runtime.workspace import Workspace
 
 WORKSPACE = Workspace()
@@ -100,9 +100,7 @@ def test_the_highest_point_gives_height_color_and_label():
 def test_too_high_and_unread_points_are_left_out_and_low_ones_lie_on_the_table():
     camera = camera_at(0.5, 0.0, 0.8)
     for z, depth in ((0.31, None), (0.0, np.zeros((480, 640))), (0.0, np.full((480, 640), np.nan))):
-        maps = project(
-            frame_of(camera, plane_depth(camera, z) if depth is None else depth), no_labels() + 1, WORKSPACE
-        )
+        maps = project(frame_of(camera, plane_depth(camera, z) if depth is None else depth), no_labels() + 1, WORKSPACE)
         assert not maps.labels.any()
         assert not maps.height.any()
     below = project(frame_of(camera, plane_depth(camera, -0.01)), no_labels() + 1, WORKSPACE)

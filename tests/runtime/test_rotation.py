@@ -65,9 +65,7 @@ def test_all_of_the_grid_fits_into_every_rotation():
 
 def test_a_subset_of_rotations_is_the_same_as_all():
     planes = np.random.default_rng(0).random((112, 112, 5), np.float32)
-    np.testing.assert_array_equal(
-        rotation.rotate_planes(planes, [9, 3]), rotation.rotate_planes(planes)[[9, 3]]
-    )
+    np.testing.assert_array_equal(rotation.rotate_planes(planes, [9, 3]), rotation.rotate_planes(planes)[[9, 3]])
 
 
 def test_planes_are_normalised():

@@ -1,0 +1,133 @@
+from dataclasses import replace
+
+import pytest
+
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.runtime.decision_record import Decision
+from grasping_invisible.runtime.judge import judge, remember
+from grasping_invisible.runtime.memory import Memory
+from grasping_invisible.runtime.rotation import action_grid
+from grasping_invisible.runtime.workspace import Workspace
+
+TARGET = (0.5, 0.0, 0.05, 0.05, "red")
+NEIGHBOUR = (0.552, 0.0, 0.05, 0.05, "grey")
+ASIDE = (0.62, 0.0, 0.05, 0.05, "grey")
+
+
+def decision(kind: gi.MotionKind, x: float = 0.5, y: float = 0.0, policy: str = "coordinator") -> Decision:
+    row, column = action_grid(Workspace()).cell_of(x, y)
+    return Decision(
+        frame_stamp_ns=5,
+        step=2,
+        policy=policy,
+        method=policy,
+        kind=kind,
+        rotation=0,
+        row=row,
+        column=column,
+        position=(x, y, 0.02),
+        yaw=0.0,
+        value=0.5,
+        q_push=0.5,
+        q_grasp=0.5,
+        border_ratio=0.0,
+        border_norm=0.0,
+        grasp_probability=None,
+        target_pixels=0,
+        memory=Memory(),
+        seed=0,
+        why="",
+    )
+
+
+def outcome(holding: bool = False) -> gi.MotionOutcome:
+    return gi.MotionOutcome(command_id=9, status=gi.COMPLETED, holding=holding, detail="done")
+
+
+@pytest.mark.parametrize(
+    ("aim", "holding", "left", "object_grasped", "target_grasped"),
+    [
+        ((0.5, 0.0), True, [ASIDE], True, True),
+        ((0.5, 0.0), False, [ASIDE], False, False),  # the fingers closed on nothing
+        ((0.62, 0.0), True, [], True, False),  # aimed at another block
+        ((0.5, 0.0), True, [TARGET], True, False),  # the target is still there
+        ((0.5, 0.0), True, [(0.5, 0.0, 0.024, 0.05, "red"), ASIDE], True, True),  # 77 % gone
+        ((0.5, 0.0), True, [(0.5, 0.0, 0.030, 0.05, "red"), ASIDE], True, False),  # 64 % gone
+    ],
+)
+def test_what_a_grasp_brought(perceived, aim, holding, left, object_grasped, target_grasped):
+    result = judge(perceived(TARGET, ASIDE), decision(gi.GRASP, *aim), outcome(holding), perceived(*left))
+    assert result.object_grasped is object_grasped
+    assert result.target_grasped is target_grasped
+
+
+def test_a_push_that_makes_room(perceived):
+    result = judge(perceived(TARGET, NEIGHBOUR), decision(gi.PUSH), outcome(), perceived(TARGET, ASIDE))
+    assert result.scene_changed
+    assert result.target_visible
+    assert result.border_decrease > 100
+    assert not result.object_grasped
+    message = result.message(decision(gi.PUSH), outcome(), 1)
+    assert (message.step, message.command_id, message.status) == (2, 9, gi.COMPLETED)
+    assert message.border_decrease == result.border_decrease
+
+
+def test_a_scene_that_only_flickers_is_as_before(perceived):
+    before, after = perceived(TARGET), perceived(TARGET)
+    after.maps.height[:] += 0.005
+    after.maps.height[50:59, 50:60] += 0.03  # 90 cells
+    assert not judge(before, decision(gi.PUSH), outcome(), after).scene_changed
+    after.maps.height[59, 50:60] += 0.03  # 100
+    assert judge(before, decision(gi.PUSH), outcome(), after).scene_changed
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "story"),
+    [
+        ([ASIDE], [TARGET], "came to light"),
+        ([TARGET], [ASIDE], "out of sight"),
+        ([ASIDE], [ASIDE], "still hidden"),
+    ],
+)
+def test_the_story_names_what_became_of_the_target(perceived, before, after, story):
+    result = judge(perceived(*before), decision(gi.PUSH), outcome(), perceived(*after))
+    assert story in result.detail
+    assert result.detail.startswith("done")
+
+
+class TestMemory:
+    @pytest.fixture
+    def unchanged(self, perceived):
+        return judge(perceived(ASIDE), decision(gi.PUSH), outcome(), perceived(ASIDE))
+
+    @pytest.fixture
+    def changed(self, unchanged):
+        return replace(unchanged, scene_changed=True)
+
+    def test_explorational_pushes_that_found_nothing_are_remembered_three_deep(self, changed):
+        memory = Memory()
+        for x in (0.41, 0.42, 0.43, 0.44):
+            memory = remember(memory, decision(gi.PUSH, x, policy="explorer"), changed)
+        assert memory.failed_pushes == ((0.42, 0.0), (0.43, 0.0), (0.44, 0.0))
+        assert memory.step == 4
+
+    def test_pushes_that_found_the_target_and_those_of_the_coordinator_are_not(self, changed):
+        found = replace(changed, target_visible=True)
+        assert remember(Memory(), decision(gi.PUSH, policy="explorer"), found).failed_pushes == ()
+        assert remember(Memory(), decision(gi.PUSH), changed).failed_pushes == ()
+
+    def test_grasp_failures_count_until_success_or_change(self, unchanged, changed):
+        twice = remember(remember(Memory(), decision(gi.GRASP), changed), decision(gi.GRASP), unchanged)
+        assert twice.consecutive_grasp_failures == 2
+        assert remember(twice, decision(gi.PUSH), unchanged).consecutive_grasp_failures == 2
+        assert remember(twice, decision(gi.PUSH), changed).consecutive_grasp_failures == 0
+        success = replace(changed, target_grasped=True)
+        assert remember(twice, decision(gi.GRASP), success).consecutive_grasp_failures == 0
+
+    def test_fruitless_actions_are_kept_until_the_scene_changes(self, unchanged, changed):
+        memory = Memory()
+        for _ in range(10):
+            memory = remember(memory, decision(gi.PUSH), unchanged)
+        assert len(memory.fruitless) == 8
+        assert (memory.fruitless[-1].x, memory.fruitless[-1].kind) == (0.5, gi.PUSH)
+        assert remember(memory, decision(gi.PUSH), changed).fruitless == ()

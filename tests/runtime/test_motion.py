@@ -1,0 +1,118 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from grasping_invisible.runtime import motion
+from grasping_invisible.runtime.rotation import action_grid
+from grasping_invisible.runtime.workspace import PUSH_LENGTH, ROTATIONS, Workspace, rotation_angle
+
+WORKSPACE = Workspace()
+
+
+def cell_at(x: float, y: float) -> tuple[int, int]:
+    return action_grid(WORKSPACE).cell_of(x, y)
+
+
+@given(row=st.integers(0, 111), column=st.integers(0, 111))
+def test_cells_and_positions_agree(row, column):
+    x, y = motion.cell_position(row, column, WORKSPACE)
+    assert WORKSPACE.contains(x, y)
+    assert cell_at(x, y) == (row, column)
+    # The cell of the action grid is the one over these cells of the heightmap.
+    assert tuple(index // 2 for index in WORKSPACE.cell_of(x - 1e-4, y + 1e-4)) == (row, column)
+
+
+@pytest.mark.parametrize(("top", "height"), [(0.1, 0.07), (0.05, 0.02), (0.025, 0.015), (0.0, 0.015)])
+def test_a_grasp_reaches_down_the_sides(table_with, top, height):
+    maps = table_with((0.5, 0.0, 0.05, top, "red"))
+    assert motion.grasp_height(maps, *cell_at(0.5, 0.0)) == pytest.approx(height)
+
+
+def test_a_grasp_at_an_edge_still_finds_the_top(table_with):
+    maps = table_with((0.5, 0.0, 0.05, 0.08, "red"))
+    assert motion.grasp_height(maps, *cell_at(0.5 - 0.0229, 0.0)) == pytest.approx(0.05)
+
+
+def test_a_wild_reading_does_not_lift_a_grasp(table_with):
+    maps = table_with((0.5, 0.0, 0.05, 0.08, "red"))
+    row, column = WORKSPACE.cell_of(0.5, 0.0)
+    maps.height[row, column] = 0.3
+    assert motion.grasp_height(maps, *cell_at(0.5, 0.0)) == pytest.approx(0.05)
+
+
+def test_grasps_at_the_corners_of_the_workspace_have_a_height(table_with):
+    for cell in ((0, 0), (111, 111), (0, 111)):
+        assert motion.grasp_height(table_with(), *cell) == pytest.approx(motion.MIN_TCP_HEIGHT)
+
+
+def test_a_push_starts_low_on_the_table_and_high_on_a_block(table_with):
+    maps = table_with((0.5, 0.0, 0.06, 0.05, "grey"))
+    heights = motion.push_heights(maps)
+    assert heights[0][cell_at(0.40, 0.0)] == pytest.approx(0.015)
+    assert heights[0][cell_at(0.5, 0.0)] == pytest.approx(0.053)
+
+
+def test_the_wide_side_of_the_fingers_lies_across_the_push(table_with):
+    heights = motion.push_heights(table_with((0.5, 0.0, 0.04, 0.05, "grey")))
+    beside = cell_at(0.5, -0.038)  # 18 mm from the block's side
+    assert heights[0][beside] == pytest.approx(0.053)  # along +x: the wide side reaches the block
+    assert heights[4][beside] == pytest.approx(0.015)  # along +y: the narrow side does not
+
+
+def test_a_wild_reading_does_not_lift_a_push(table_with):
+    maps = table_with()
+    maps.height[100, 100] = 0.25
+    assert motion.push_heights(maps).max() == pytest.approx(0.015)
+
+
+@pytest.mark.parametrize("k", range(ROTATIONS))
+def test_pushes_towards_a_block_are_feasible_and_pushes_away_from_it_are_not(table_with, k):
+    maps = table_with((0.5, 0.0, 0.05, 0.05, "grey"))
+    feasible = motion.feasible_pushes(maps, motion.push_heights(maps))
+    yaw = rotation_angle(k)
+    before = cell_at(0.5 - 0.07 * math.cos(yaw), -0.07 * math.sin(yaw))
+    behind = cell_at(0.5 + 0.07 * math.cos(yaw), 0.07 * math.sin(yaw))
+    assert feasible[k][before]
+    assert not feasible[k][behind]
+
+
+def test_a_push_over_a_flat_top_meets_nothing_but_a_second_storey_does(table_with):
+    block = (0.5, 0.0, 0.2, 0.05, "grey")
+    flat = table_with(block)
+    stacked = table_with(block, (0.56, 0.0, 0.05, 0.10, "grey"))
+    on_top = cell_at(0.5, 0.0)
+    assert not motion.feasible_pushes(flat, motion.push_heights(flat))[0][on_top]
+    assert motion.feasible_pushes(stacked, motion.push_heights(stacked))[0][on_top]
+
+
+def test_an_empty_table_offers_no_push(table_with):
+    maps = table_with()
+    assert not motion.feasible_pushes(maps, motion.push_heights(maps)).any()
+
+
+@given(k=st.integers(0, 15), row=st.integers(0, 111), column=st.integers(0, 111))
+def test_feasible_pushes_end_in_the_workspace_or_just_outside(k, row, column):
+    x, y = motion.cell_position(row, column, WORKSPACE)
+    yaw = rotation_angle(k)
+    end = x + PUSH_LENGTH * math.cos(yaw), y + PUSH_LENGTH * math.sin(yaw)
+    outside = max(
+        WORKSPACE.low[0] - end[0],
+        end[0] - WORKSPACE.high[0],
+        WORKSPACE.low[1] - end[1],
+        end[1] - WORKSPACE.high[1],
+    )
+    if abs(outside - motion.PUSH_END_MARGIN) > 1e-6:
+        assert motion.ends_inside(WORKSPACE)[k, row, column] == (outside < motion.PUSH_END_MARGIN)
+
+
+def test_grasps_are_aimed_at_the_target_or_just_beside_it(table_with):
+    mask = table_with((0.5, 0.0, 0.04, 0.05, "red")).labels == 1
+    feasible = motion.feasible_grasps(mask, WORKSPACE.resolution)
+    assert feasible.shape == (16, 112, 112)
+    assert feasible[:, *cell_at(0.5, 0.0)].all()
+    assert feasible[0][cell_at(0.5 + 0.023, 0.0)]
+    assert not feasible[0][cell_at(0.5 + 0.032, 0.0)]
+    assert not motion.feasible_grasps(np.zeros_like(mask), WORKSPACE.resolution).any()

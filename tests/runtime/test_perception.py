@@ -1,0 +1,94 @@
+import numpy as np
+import pytest
+
+from grasping_invisible.runtime.frame import Camera, RgbdFrame
+from grasping_invisible.runtime.perception import (
+    MIN_PATCH_PIXELS,
+    MIN_TARGET_PIXELS,
+    perceive,
+    target_patches,
+)
+from grasping_invisible.runtime.workspace import Workspace
+
+# A camera 0.6 m over the middle of the workspace, looking down: about one millimetre a pixel.
+CAMERA = Camera(
+    640,
+    480,
+    np.array([[600.0, 0, 320], [0, 600, 240], [0, 0, 1]]),
+    np.array([[1.0, 0, 0, 0.5], [0, -1, 0, 0], [0, 0, -1, 0.6], [0, 0, 0, 1]]),
+)
+
+
+class Painted:
+    """A segmenter that sees what it is given."""
+
+    def __init__(self, *patches: tuple[slice, slice], label: int = 1) -> None:
+        self.labels = np.zeros((480, 640), np.uint8)
+        for patch in patches:
+            self.labels[patch] = label
+
+    def segment(self, color: np.ndarray) -> np.ndarray:
+        return self.labels
+
+
+def perceived(segmenter: Painted, target: str = "red"):
+    frame = RgbdFrame(3, np.zeros((480, 640, 3), np.uint8), np.full((480, 640), 0.57, np.float32), CAMERA)
+    return perceive(frame, segmenter, target, Workspace())
+
+
+def test_a_target_is_seen_where_it_is():
+    seen = perceived(Painted(np.s_[230:250, 310:330]))
+    assert seen.target_seen
+    assert seen.target_pixels == 400
+    rows, columns = np.nonzero(seen.mask)
+    # 30 mm high, under the camera's axis: the middle of the workspace.
+    assert abs(rows.mean() - 111.5) < 1.5
+    assert abs(columns.mean() - 111.5) < 1.5
+    assert seen.maps.height[112, 112] == pytest.approx(0.03, abs=1e-4)
+    assert set(seen.stage_ms) == {"segment", "project"}
+
+
+def test_another_colour_is_not_the_target():
+    seen = perceived(Painted(np.s_[230:250, 310:330], label=2))
+    assert not seen.target_seen
+    assert seen.target_pixels == 0
+    assert (seen.maps.labels == 2).any()
+
+
+def test_speckle_is_not_a_target():
+    speckle = [np.s_[y : y + 5, x : x + 5] for y in (100, 200, 300) for x in (100, 200, 300, 400)]
+    seen = perceived(Painted(*speckle))
+    assert MIN_PATCH_PIXELS > 25
+    assert not seen.target_seen
+    assert seen.target_pixels == 0
+    assert not (seen.maps.labels == 1).any()
+    assert (seen.labels == 1).sum() == 25 * 12  # the segmentation is kept as it was
+
+
+def test_speckle_beside_a_target_is_removed_from_its_mask():
+    seen = perceived(Painted(np.s_[230:250, 310:330], np.s_[100:104, 200:204]))
+    assert seen.target_pixels == 400
+    rows, _ = np.nonzero(seen.mask)
+    assert rows.min() > 90
+
+
+def test_a_single_patch_must_be_large_enough():
+    assert MIN_PATCH_PIXELS <= 49 < MIN_TARGET_PIXELS
+    seen = perceived(Painted(np.s_[230:237, 310:317]))
+    assert seen.target_pixels == 49
+    assert not seen.target_seen
+
+
+def test_a_target_beside_the_workspace_is_not_seen():
+    seen = perceived(Painted(np.s_[230:250, 610:638]))
+    assert seen.target_pixels == 20 * 28
+    assert not seen.target_seen
+
+
+def test_patches_touching_at_a_corner_are_one():
+    image = np.zeros((40, 40), bool)
+    image[0:4, 0:5] = image[4:8, 5:10] = True
+    assert target_patches(image).sum() == 40
+    image[8, 39] = True
+    assert target_patches(image).sum() == 40
+    assert not target_patches(np.zeros((40, 40), bool)).any()
