@@ -1,0 +1,94 @@
+"""One training run of a network: steps, learning rate, checkpoints that an interrupted run goes on from."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import torch
+from rich.console import Console
+
+from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights, save_checkpoint
+from grasping_invisible.training.progress import bar
+
+SAVE_EVERY = 200  # steps
+NOTE_EVERY = 20
+MAX_GRADIENT = 5.0  # norm
+
+
+class Session:
+    """Trains one network by one optimizer over a one-cycle learning rate.
+
+    Goes on from the checkpoint at `path` if that was interrupted with the same number of steps; a finished
+    one with as many steps is only scored again. A batch may depend on the step's number alone, never on
+    state that a checkpoint does not hold.
+    """
+
+    def __init__(
+        self,
+        kind: str,
+        path: Path,
+        net: torch.nn.Module,
+        optimizer: torch.optim.Optimizer,
+        learning_rate: float,
+        steps: int,
+    ) -> None:
+        """Raises `BadInput` where the checkpoint cannot be used."""
+        self.kind, self.path, self.net, self.optimizer, self.steps = kind, path, net, optimizer, steps
+        self.step = 0
+        self.schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, learning_rate, total_steps=steps, pct_start=0.15)
+        if path.is_file():
+            self._resume(load_checkpoint(path, kind))
+
+    @property
+    def finished(self) -> bool:
+        """Whether all steps are done."""
+        return self.step >= self.steps
+
+    def run(self, loss_of_step: Callable[[int], torch.Tensor], console: Console) -> None:
+        """Take the steps that are left; a checkpoint is written now and then, and on the way out."""
+        mean = None
+        try:
+            with bar(f"training {self.kind}", self.steps, console, self.step) as advance:
+                while not self.finished:
+                    loss = self._take(loss_of_step(self.step))
+                    mean = loss if mean is None else 0.98 * mean + 0.02 * loss
+                    advance(f"loss {mean:.4f}" if self.step % NOTE_EVERY == 0 else None)
+                    if self.step % SAVE_EVERY == 0:
+                        self.save()
+        finally:
+            self.save()
+
+    def finish(self, scores: dict[str, float], trained_on: dict[str, str | int | float]) -> Checkpoint:
+        """Write the finished network with its scores."""
+        checkpoint = Checkpoint(self.kind, self.net.state_dict(), trained_on, scores, {"steps": self.steps})
+        save_checkpoint(self.path, checkpoint)
+        return checkpoint
+
+    def save(self) -> None:
+        """Write what is needed to go on."""
+        resume = {
+            "steps": self.steps,
+            "step": self.step,
+            "optimizer": self.optimizer.state_dict(),
+            "schedule": self.schedule.state_dict(),
+        }
+        save_checkpoint(self.path, Checkpoint(self.kind, self.net.state_dict(), resume=resume))
+
+    def _take(self, loss: torch.Tensor) -> float:
+        self.optimizer.zero_grad(set_to_none=True)
+        loss.backward()
+        torch.nn.utils.clip_grad_norm_(self.net.parameters(), MAX_GRADIENT)
+        self.optimizer.step()
+        self.schedule.step()
+        self.step += 1
+        return float(loss.detach())
+
+    def _resume(self, checkpoint: Checkpoint) -> None:
+        if checkpoint.resume.get("steps") != self.steps:
+            return
+        load_weights(self.net, checkpoint, self.path)
+        if checkpoint.scores:
+            self.step = self.steps
+            return
+        self.step = checkpoint.resume["step"]
+        self.optimizer.load_state_dict(checkpoint.resume["optimizer"])
+        self.schedule.load_state_dict(checkpoint.resume["schedule"])

@@ -1,0 +1,93 @@
+"""Training the segmenter on synthetic renders with domain randomisation (paper, appendix B)."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from rich.console import Console
+from torch.nn import functional
+
+from grasping_invisible.training.augment import draw_crop
+from grasping_invisible.training.checkpoint import Checkpoint, source_commit
+from grasping_invisible.training.progress import bar
+from grasping_invisible.training.renders import HELD_OUT_SEEDS, VIEWS, Views, load_pile, render_missing
+from grasping_invisible.training.segmenter_net import SegmenterGraph, SegmenterNet
+from grasping_invisible.training.segmenter_score import score_segmenter
+from grasping_invisible.training.session import Session
+
+
+@dataclass(frozen=True)
+class SegmenterTraining:
+    """What to train on and for how long. `piles` and `held_out`: numbers of piles, `VIEWS` renders of each."""
+
+    renders: Path
+    checkpoint: Path
+    piles: int = 300
+    held_out: int = 40
+    steps: int = 3000
+    batch: int = 10
+    crop: int = 256  # pixels, square
+    learning_rate: float = 4e-3
+    seed: int = 0
+
+
+def train_segmenter(settings: SegmenterTraining, console: Console) -> Checkpoint:
+    """Render what is missing, train, score on held-out piles; resumes from the checkpoint where there is one."""
+    seeds = range(settings.seed * settings.piles, (settings.seed + 1) * settings.piles)
+    held_out = range(HELD_OUT_SEEDS, HELD_OUT_SEEDS + settings.held_out)
+    with bar("rendering", len(seeds) + len(held_out), console) as advance:
+        for _ in render_missing(settings.renders, [*held_out, *seeds]):
+            advance()
+
+    torch.manual_seed(settings.seed)
+    net = SegmenterNet()
+    optimizer = torch.optim.AdamW(net.parameters(), settings.learning_rate, weight_decay=1e-4)
+    session = Session("segmenter", settings.checkpoint, net, optimizer, settings.learning_rate, settings.steps)
+    if not session.finished:
+        piles = [load_pile(settings.renders, seed) for seed in seeds]
+        net.train()
+        session.run(lambda step: _loss(net, piles, settings, step), console)
+
+    label = labeller(net)
+    with bar("scoring", settings.held_out, console) as advance:
+        scores = score_segmenter(label, _counted(settings.renders, held_out, advance))
+    return session.finish(
+        scores,
+        {
+            "renders": len(seeds) * VIEWS,
+            "held_out_renders": len(held_out) * VIEWS,
+            "steps": settings.steps,
+            "batch": settings.batch,
+            "crop": settings.crop,
+            "seed": settings.seed,
+            "source_commit": source_commit(),
+        },
+    )
+
+
+def labeller(net: SegmenterNet):
+    """The network as a function from (H, W, 3) uint8 to (H, W) uint8 labels."""
+    graph = SegmenterGraph(net).eval()
+
+    def label(color: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        with torch.inference_mode():
+            return graph(torch.from_numpy(color)).numpy()
+
+    return label
+
+
+def _loss(net: SegmenterNet, piles: list[Views], settings: SegmenterTraining, step: int) -> torch.Tensor:
+    """Cross-entropy of one batch; the batch depends on seed and step alone."""
+    rng = np.random.default_rng((settings.seed, step))
+    crops = [draw_crop(rng, piles, settings.crop) for _ in range(settings.batch)]
+    color = torch.from_numpy(np.stack([color for color, _ in crops])).permute(0, 3, 1, 2).float()
+    labels = torch.from_numpy(np.stack([labels for _, labels in crops])).long()
+    return functional.cross_entropy(net(color), labels)
+
+
+def _counted(folder: Path, seeds: range, advance):
+    for seed in seeds:
+        yield load_pile(folder, seed)
+        advance()
