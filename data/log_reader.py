@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
+import msgspec
 from google.protobuf.message import DecodeError, Message
 from mcap.exceptions import McapError
 from mcap.records import Channel, Metadata, Schema
@@ -30,6 +31,21 @@ class LoggedMessage:
     sequence: int
 
 
+class TopicContent(msgspec.Struct, frozen=True):
+    """The message type of a topic and how many of them a log holds."""
+
+    type: str
+    messages: int
+
+
+class LogContents(msgspec.Struct, frozen=True):
+    """What a log holds by topic, and when; nanoseconds since the epoch, 0 without any message."""
+
+    topics: dict[str, TopicContent]
+    begins_ns: int
+    ends_ns: int
+
+
 class LogReader:
     """Reads one log file in the order it was written, holding one chunk at a time.
 
@@ -47,6 +63,21 @@ class LogReader:
         self.complete = False
         self.damage: list[str] = []
         self.metadata: dict[str, dict[str, str]] = {}
+
+    def contents(self) -> LogContents:
+        """What the log holds: told by its index, or by reading all of it where there is none."""
+        with self._open() as file:
+            index = McapScan(file).index
+        found: dict[str, TopicContent] = {}
+        if index is not None:
+            for number, channel in index.channels.items():
+                _count(found, index.schemas.get(channel.schema_id), channel, index.counts.get(number, 0))
+            return LogContents(found, index.begins_ns, index.ends_ns)
+        begins, ends = 0, 0
+        for schema, channel, raw in self.raw_messages():
+            _count(found, schema, channel, 1)
+            begins, ends = min(begins or raw.log_time, raw.log_time), max(ends, raw.log_time)
+        return LogContents(found, begins, ends)
 
     def raw_messages(
         self, topics: Collection[str] | None = None
@@ -113,6 +144,11 @@ class LogReader:
 def read_messages(path: Path, topics: Collection[str] | None = None) -> Iterator[LoggedMessage]:
     """What can be read of the log at `path`, in order. Raises `BadLog` when that is nothing at all."""
     return LogReader(path).messages(topics)
+
+
+def _count(found: dict[str, TopicContent], schema: Schema | None, channel: Channel, messages: int) -> None:
+    before = found.get(channel.topic, TopicContent(schema.name if schema else "", 0))
+    found[channel.topic] = TopicContent(before.type, before.messages + messages)
 
 
 def _decoder(schema: Schema | None, channel: Channel) -> Callable[[bytes], Message] | str:

@@ -17,7 +17,7 @@ import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, ChunkIndex, Footer, McapRecord, Message, Metadata, Schema
+from mcap.records import Channel, Chunk, ChunkIndex, Footer, McapRecord, Message, Metadata, Schema, Statistics
 from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import MCAP0_MAGIC
 
@@ -42,7 +42,7 @@ class _Damaged(Exception):
     """What stands here is not a sound record."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class Index:
     """The summary at the end of a complete file."""
 
@@ -50,6 +50,9 @@ class Index:
     schemas: dict[int, Schema]
     channels: dict[int, Channel]
     chunks: dict[int, ChunkIndex]  # by the offset of the chunk
+    counts: dict[int, int]  # messages of each channel
+    begins_ns: int = 0
+    ends_ns: int = 0
 
 
 class McapScan:
@@ -220,7 +223,7 @@ class McapScan:
         content = self._read(start, self._size)
         if checksum and zlib.crc32(content[: -len(MCAP0_MAGIC) - 4]) != checksum:
             return None
-        index = Index(start, {}, {}, {})
+        index = Index(start, {}, {}, {}, {})
         try:
             for record in StreamReader(BytesIO(content), skip_magic=True).records:
                 if isinstance(record, Schema):
@@ -229,6 +232,9 @@ class McapScan:
                     index.channels[record.id] = record
                 elif isinstance(record, ChunkIndex):
                     index.chunks[record.chunk_start_offset] = record
+                elif isinstance(record, Statistics):
+                    index.counts.update(record.channel_message_counts)
+                    index.begins_ns, index.ends_ns = record.message_start_time, record.message_end_time
                 elif isinstance(record, Footer):
                     break
         except _PARSE_ERRORS:

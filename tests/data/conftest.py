@@ -115,6 +115,12 @@ def run_messages(count: int = 3) -> list[tuple[topics.Topic, Message]]:
     ]
 
 
+@pytest.fixture
+def run_of() -> Callable[..., list[tuple[topics.Topic, Message]]]:
+    """The messages of a whole run, fresh at each call: `run_of(steps=3)`."""
+    return run_messages
+
+
 WriteRun = Callable[..., Path]
 
 

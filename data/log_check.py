@@ -1,0 +1,110 @@
+"""Whether a log is complete and makes sense."""
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from google.protobuf.message import Message
+
+from grasping_invisible.data import topics
+from grasping_invisible.data.clock import to_ns
+from grasping_invisible.data.log_file import is_being_written
+from grasping_invisible.data.log_reader import LoggedMessage, LogReader
+from grasping_invisible.data.log_storage import parts_of
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.data.recorder import DROPPED, PART
+
+
+def problems_of(path: Path) -> list[str]:
+    """Everything wrong with the log that begins at `path`, a line each; reads all of it. Raises `BadLog`."""
+    story = _Story()
+    problems: list[str] = []
+    parts = parts_of(path)
+    metadata: dict[str, dict[str, str]] = {}
+    for part in parts:
+        reader = LogReader(part)
+        for logged in reader.messages():
+            story.take(logged)
+        metadata |= reader.metadata
+        problems += [f"{part.name}: {line}" for line in reader.damage]
+    if is_being_written(parts[-1]):
+        problems.append(f"{parts[-1].name}: still being written")
+    if PART in metadata:  # only our recorder promises sequence numbers without gaps
+        problems += story.missing(metadata.get(DROPPED, {}))
+    return problems + list(story.contradictions())
+
+
+@dataclass
+class _Story:
+    """What the messages of a run say, in the order they were kept."""
+
+    counts: Counter[str] = field(default_factory=Counter)
+    last_sequence: dict[str, int] = field(default_factory=dict)
+    frames: dict[str, set[int]] = field(default_factory=dict)
+    starts: int = 0
+    summaries: int = 0
+    decisions: list[gi.Decision] = field(default_factory=list)
+    accepted: dict[int, bool] = field(default_factory=dict)  # command id: false once refused
+    outcomes: set[int] = field(default_factory=set)
+    results: set[int] = field(default_factory=set)
+
+    def take(self, logged: LoggedMessage) -> None:
+        self.counts[logged.topic] += 1
+        self.last_sequence[logged.topic] = max(self.last_sequence.get(logged.topic, -1), logged.sequence)
+        self._take_message(logged.topic, logged.message)
+
+    def missing(self, dropped: dict[str, str]) -> Iterator[str]:
+        for topic in sorted({*self.counts, *dropped}):
+            known = int(dropped.get(topic, "0"))
+            gaps = self.last_sequence.get(topic, -1) + 1 - self.counts[topic]
+            if known:
+                yield f"{topic}: {known} messages were dropped while recording"
+            if gaps > known:
+                yield f"{topic}: {gaps - known} messages are missing"
+
+    def contradictions(self) -> Iterator[str]:
+        if self.starts != 1:
+            yield f"{self.starts} messages say how the run started, expected 1"
+        if self.summaries != 1:
+            yield f"{self.summaries} messages say how the run ended, expected 1"
+        steps = [decision.step for decision in self.decisions]
+        if steps != list(range(len(steps))):
+            yield f"decisions are not numbered 0, 1, 2, ...: {steps[:20]}"
+        for decision in self.decisions:
+            yield from self._unseen(decision)
+        yield from self._unfinished()
+
+    def _take_message(self, topic: str, message: Message) -> None:
+        if topic in (topics.COLOR_IMAGE.key, topics.DEPTH_IMAGE.key):
+            stamp = to_ns(message.timestamp)  # pyright: ignore[reportAttributeAccessIssue]
+            self.frames.setdefault(topic, set()).add(stamp)
+        elif isinstance(message, gi.RunStart):
+            self.starts += 1
+        elif isinstance(message, gi.RunSummary):
+            self.summaries += 1
+        elif isinstance(message, gi.Decision):
+            self.decisions.append(message)
+        elif isinstance(message, gi.MotionCommand):
+            self.accepted.setdefault(message.id, True)
+        elif isinstance(message, gi.CommandReply):
+            self.accepted[message.command_id] = message.accepted
+        elif isinstance(message, gi.MotionOutcome):
+            self.outcomes.add(message.command_id)
+        elif isinstance(message, gi.StepResult):
+            self.results.add(message.step)
+
+    def _unseen(self, decision: gi.Decision) -> Iterator[str]:
+        stamp = to_ns(decision.frame_stamp)
+        for topic in (topics.COLOR_IMAGE.key, topics.DEPTH_IMAGE.key):
+            if stamp not in self.frames.get(topic, set()):
+                yield f"decision {decision.step}: the image of {topic} it was made from is missing"
+
+    def _unfinished(self) -> Iterator[str]:
+        # A run that was stopped may leave its last motion open, and only that.
+        for command in sorted(number for number, accepted in self.accepted.items() if accepted)[:-1]:
+            if command not in self.outcomes:
+                yield f"command {command} has no outcome"
+        for decision in self.decisions[:-1]:
+            if decision.step not in self.results:
+                yield f"decision {decision.step} has no result"

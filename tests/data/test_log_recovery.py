@@ -1,0 +1,57 @@
+from pathlib import Path
+
+import pytest
+
+from grasping_invisible.data.errors import BadLog, BadRequest
+from grasping_invisible.data.log_reader import LogReader, read_messages
+from grasping_invisible.data.log_recovery import recover
+from grasping_invisible.data.recorder import RecordingSettings
+
+
+@pytest.fixture
+def cut_log(write_run) -> Path:
+    path = write_run(settings=RecordingSettings(flush_seconds=0.0))
+    data = path.read_bytes()
+    path.write_bytes(data[: len(data) // 3])
+    return path
+
+
+def test_what_can_be_read_becomes_a_complete_log(cut_log: Path, tmp_path: Path) -> None:
+    out = tmp_path / "new" / "good.mcap"
+    recovery = recover(cut_log, out)
+    before, after = LogReader(cut_log), LogReader(out)
+    assert list(before.messages()) == list(after.messages())
+    assert not before.complete
+    assert after.complete
+    assert recovery.lost == before.damage
+    assert after.metadata["recovered"] == {"from": "run.mcap", "1": before.damage[0]}
+    assert after.metadata["run"] == {"project": "test"}
+
+
+def test_a_complete_log_loses_nothing(write_run, tmp_path: Path) -> None:
+    path = write_run()
+    recovery = recover(path, tmp_path / "copy.mcap")
+    assert recovery.lost == []
+    assert recovery.messages == len(list(read_messages(path))) == 35
+
+
+def test_the_library_reads_a_recovered_log(cut_log: Path, tmp_path: Path) -> None:
+    from mcap.reader import make_reader
+
+    out = tmp_path / "good.mcap"
+    recovery = recover(cut_log, out)
+    with out.open("rb") as file:
+        assert len(list(make_reader(file, validate_crcs=True).iter_messages())) == recovery.messages
+
+
+def test_nothing_is_overwritten(cut_log: Path) -> None:
+    with pytest.raises(BadRequest, match="exists already"):
+        recover(cut_log, cut_log)
+
+
+def test_a_log_without_messages_leaves_no_file(tmp_path: Path) -> None:
+    empty = tmp_path / "empty.mcap"
+    empty.write_bytes(b"\x89MCAP0\r\n")
+    with pytest.raises(BadLog, match="no message"):
+        recover(empty, tmp_path / "out.mcap")
+    assert list(tmp_path.iterdir()) == [empty]
