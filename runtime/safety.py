@@ -1,6 +1,7 @@
 """Limits that every command is held to before it is sent, whatever decided it."""
 
 import math
+from typing import Annotated
 
 import msgspec
 
@@ -8,14 +9,16 @@ from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.errors import RobotError
 from grasping_invisible.runtime.workspace import PUSH_LENGTH, Workspace
 
+Metres = Annotated[float, msgspec.Meta(ge=0, le=1)]
+
 
 class SafetyLimits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Bounds on commanded TCP positions, metres, base frame."""
 
-    margin: float = 0.03  # how far outside the workspace a motion may start or end
-    min_height: float = 0.01  # of the TCP above the table
-    max_height: float = 0.25
-    max_push_length: float = PUSH_LENGTH
+    margin: Metres = 0.03  # how far outside the workspace a motion may start or end
+    min_height: Metres = 0.01  # of the TCP above the table
+    max_height: Metres = 0.25
+    max_push_length: Metres = PUSH_LENGTH
 
 
 class UnsafeCommand(RobotError):

@@ -1,0 +1,193 @@
+"""One run of `gi-runtime`, from its request to its exit code: start everything, loop, sum up, end everything."""
+
+import sys
+import uuid
+from contextlib import ExitStack
+from dataclasses import dataclass
+from datetime import datetime
+from importlib.metadata import version
+from pathlib import Path
+
+import msgspec
+
+from grasping_invisible.data.errors import RecordingError
+from grasping_invisible.data.recorder import Recorder
+from grasping_invisible.runtime.bundle import ModelBundle, load_bundle
+from grasping_invisible.runtime.bus import Bus
+from grasping_invisible.runtime.command import finish_within
+from grasping_invisible.runtime.config import Config, to_toml
+from grasping_invisible.runtime.console import RunConsole
+from grasping_invisible.runtime.decision import DecisionSettings
+from grasping_invisible.runtime.errors import (
+    EXIT_GRASPED,
+    EXIT_INTERRUPTED,
+    EXIT_NOT_GRASPED,
+    BadInput,
+    GraspingError,
+)
+from grasping_invisible.runtime.loop import RunPlan, RunProgress, run_loop
+from grasping_invisible.runtime.robot_link import ZenohRobot
+from grasping_invisible.runtime.run_log import RunFacts, RunLog
+from grasping_invisible.runtime.sim_process import SimAnnouncement, SimProcess
+from grasping_invisible.runtime.timing import percentile
+
+UNKNOWN_SCENE = "unknown"  # whatever lies before a robot on the link
+DEFAULT_MAX_MOTIONS = 15
+_END_SECONDS = 1.8  # for cleaning up after an interruption
+
+
+@dataclass(frozen=True)
+class RunRequest:
+    """What was asked for. `locator`: None starts the simulator. None elsewhere stands for the default."""
+
+    locator: str | None
+    scene: str
+    target: str | None
+    seed: int
+    max_motions: int | None
+    models: Path | None
+    log_dir: Path
+    config: Config
+    json: bool
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What is to be done, with all defaults settled."""
+
+    endpoint: str
+    scene: str
+    target: str
+    max_motions: int
+
+
+def carry_out_run(request: RunRequest) -> int:
+    """Run, and sum up. Raises `GraspingError` or `KeyboardInterrupt`; all that was started has ended by then."""
+    with ExitStack() as stack:
+        sim = _start_simulator(request, stack)
+        bundle = load_bundle(request.models, request.config.models.threads)  # while the simulator starts
+        task = _task(request, sim.wait_until_ready() if sim else None)
+        settings = DecisionSettings(
+            task.target,
+            request.config.workspace.workspace(),
+            request.config.policy.exploration,
+            request.config.policy.coordination,
+        )
+        run = _Run(request, task, bundle)
+        return run.carry_out(settings)
+
+
+def _start_simulator(request: RunRequest, stack: ExitStack) -> SimProcess | None:
+    if request.locator is not None:
+        return None
+    sim = SimProcess(request.scene, request.seed, request.config.link.start_seconds)
+    stack.callback(sim.close)
+    return sim
+
+
+def _task(request: RunRequest, announced: SimAnnouncement | None) -> _Task:
+    if announced is not None:
+        return _Task(
+            announced.endpoint,
+            announced.scene,
+            request.target or announced.target,
+            request.max_motions or announced.max_motions,
+        )
+    assert request.locator is not None  # or a simulator would have announced itself
+    assert request.target is not None  # the command line asks for it
+    return _Task(request.locator, UNKNOWN_SCENE, request.target, request.max_motions or DEFAULT_MAX_MOTIONS)
+
+
+class _Run:
+    """A run that has its log open, until `carry_out` returns or raises."""
+
+    def __init__(self, request: RunRequest, task: _Task, bundle: ModelBundle) -> None:
+        self._request = request
+        self._task = task
+        self._bundle = bundle
+        self._run_id = uuid.uuid4().hex
+        self._progress = RunProgress()
+        self._recorder = self._open_log()
+        self._bus = Bus(sinks=(self._recorder,))
+        self._console = RunConsole(sys.stderr if request.json else sys.stdout, self._bus)
+        self._log = RunLog(self._bus, task.target)
+
+    def carry_out(self, settings: DecisionSettings) -> int:
+        request, task = self._request, self._task
+        ended_because = "failed"
+        try:
+            self._say_start()
+            robot = ZenohRobot(task.endpoint, self._bus, request.config.link, self._run_id)
+            try:
+                plan = RunPlan(request.seed, task.max_motions, limits=request.config.safety)
+                run_loop(robot, self._bundle, settings, plan, (self._console, self._log), self._progress)
+                ended_because = "grasped" if self._progress.grasped else "budget"
+            finally:
+                robot.close()
+        except KeyboardInterrupt:
+            finish_within(_END_SECONDS, EXIT_INTERRUPTED)
+            ended_because = "interrupted"
+            raise
+        except GraspingError as error:
+            ended_because = str(error)
+            raise
+        finally:
+            self._end(ended_because)
+        return EXIT_GRASPED if self._progress.grasped else EXIT_NOT_GRASPED
+
+    def _open_log(self) -> Recorder:
+        started = datetime.now().strftime("%Y%m%d-%H%M%S")
+        name = f"{started}-{self._task.scene}-{self._task.target}-{self._request.seed}-{self._run_id[:6]}.mcap"
+        try:
+            return Recorder(self._request.log_dir / name, self._request.config.recording)
+        except RecordingError as error:
+            raise BadInput(str(error)) from error
+
+    def _say_start(self) -> None:
+        request, task = self._request, self._task
+        facts = RunFacts(
+            run_id=self._run_id,
+            project_version=version("grasping-invisible"),
+            bundle_sha256=self._bundle.sha256,
+            onnxruntime_version=self._bundle.onnxruntime_version,
+            target=task.target,
+            scene=task.scene,
+            seed=request.seed,
+            max_motions=task.max_motions,
+            config_toml=to_toml(request.config),
+            robot=request.locator or "sim",
+        )
+        self._recorder.add_metadata("run", {key: str(value) for key, value in vars(facts).items()})
+        self._log.started(facts)
+        self._console.say(
+            f"find and grasp {task.target} in {task.scene}, seed {request.seed}, at most {task.max_motions} motions"
+        )
+
+    def _end(self, ended_because: str) -> None:
+        """Sum up for the log, a person and a program, and close the log."""
+        progress = self._progress
+        self._log.ended(self._run_id, progress, ended_because, self._recorder.dropped_messages)
+        verdict = "grasped" if progress.grasped else "not grasped" if progress.found else "not found"
+        self._console.say(f"{self._task.target} {verdict} after {progress.motions} motions ({ended_because})")
+        self._console.say(f"log: {self._recorder.path}")
+        self._recorder.close()
+        if self._recorder.failure is not None:
+            print(f"gi-runtime: {self._recorder.failure}", file=sys.stderr, flush=True)
+        if self._request.json:
+            print(msgspec.json.encode(self._summary()).decode(), flush=True)
+
+    def _summary(self) -> dict[str, object]:
+        progress = self._progress
+        return {
+            "grasped": progress.grasped,
+            "found": progress.found,
+            "motions": progress.motions,
+            "target": self._task.target,
+            "scene": self._task.scene,
+            "seed": self._request.seed,
+            "log": str(self._recorder.path),
+            "decision_ms": {
+                "p50": round(percentile(progress.decision_ms, 50), 3),
+                "p99": round(percentile(progress.decision_ms, 99), 3),
+            },
+        }
