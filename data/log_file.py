@@ -29,12 +29,13 @@ class LogFile:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = path.open("xb")
             fcntl.flock(self._file, fcntl.LOCK_EX)
+            self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES)
+            self._writer.start(profile="", library="grasping-invisible")
+            self._writer.flush()  # from its first moment the file is a log
         except OSError as error:
-            if path.exists():
+            if isinstance(error, FileExistsError) and path.exists():
                 raise RecordingError(f"log {path} exists already; logs are never overwritten") from None
             raise RecordingError(f"cannot create log {path}: {error.strerror}") from None
-        self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES)
-        self._writer.start(profile="", library="grasping-invisible")
         self._channels: dict[str, int] = {}
         self.opened_at = time.monotonic()
 

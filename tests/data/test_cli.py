@@ -1,5 +1,6 @@
 import json
 import random
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -204,3 +205,13 @@ def test_an_interrupt_is_code_130(write_run, monkeypatch: pytest.MonkeyPatch) ->
 
     monkeypatch.setattr("grasping_invisible.data.log_commands.info.summarise", interrupted)
     assert main(["info", str(write_run())]) == 130
+
+
+def test_the_document_lists_the_commands_and_exit_codes(capsys) -> None:
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    usage = capsys.readouterr().out
+    document = (Path(__file__).parents[2] / "docs" / "logs.md").read_text()
+    documented = re.findall(r"^\| `gi-log (\w+)", document, re.MULTILINE)
+    assert documented == re.findall(r"^    (\w+) {2,}", usage, re.MULTILINE)
+    assert re.findall(r"^\| (\d+) \|", document, re.MULTILINE) == re.findall(r"\d+", usage.partition("exit codes:")[2])
