@@ -91,7 +91,7 @@ class Recorder:
 
     @property
     def dropped(self) -> dict[str, int]:
-        """How many messages of each topic did not reach the log."""
+        """How many messages of each topic did not reach the log; after a failure, at most so many."""
         with self._changed:
             return dict(self._dropped)
 

@@ -58,27 +58,22 @@ def _decided(decision: gi.Decision) -> Text:
 
 
 def _came_of(step: LoggedStep) -> str:
-    if step.outcome is None:
+    outcome, result = step.outcome, step.result
+    if result is not None and result.detail:
+        return result.detail
+    if outcome is None:
         return "no outcome in the log"
-    said = [wording.status(step.outcome.status)]
-    if step.outcome.detail:
-        said.append(step.outcome.detail)
-    if step.result is not None:
-        said += _judged(step.result)
-    return ", ".join(said)
+    said = [wording.status(outcome.status), outcome.detail, *(_judged(result) if result is not None else [])]
+    return ", ".join(word for word in said if word)
 
 
 def _judged(result: gi.StepResult) -> list[str]:
-    judged = ["the scene changed" if result.scene_changed else "nothing moved"]
+    changed = "the scene changed" if result.scene_changed else "nothing moved"
     if result.target_grasped:
-        judged.append("target grasped")
-    elif result.object_grasped:
-        judged.append("grasped something else")
-    elif result.target_visible:
-        judged.append("target in view")
-    if result.detail:
-        judged.append(result.detail)
-    return judged
+        return [changed, "target grasped"]
+    if result.object_grasped:
+        return [changed, "grasped something else"]
+    return [changed, "target in view"] if result.target_visible else [changed]
 
 
 def _ending(summary: LogSummary) -> str:
