@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 
 import zenoh
 from google.protobuf.message import Message
@@ -53,7 +54,5 @@ def put(session: zenoh.Session, topic: Topic, payload: bytes) -> None:
     """Publish bytes on a session. Never raises: a session that is closing says nothing."""
     congestion = zenoh.CongestionControl.BLOCK if topic in _MUST_ARRIVE else zenoh.CongestionControl.DROP
     encoding = zenoh.Encoding.APPLICATION_PROTOBUF.with_schema(topic.message.DESCRIPTOR.full_name)
-    try:
+    with suppress(zenoh.ZError):
         session.put(topic.key, payload, encoding=encoding, congestion_control=congestion)
-    except zenoh.ZError:
-        pass

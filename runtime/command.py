@@ -11,6 +11,12 @@ from grasping_invisible.runtime.errors import EXIT_INTERRUPTED, GraspingError
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
+def exit_at_once_on_signals() -> None:
+    """For the time of imports: nothing is started yet, and libraries do not expect an interruption there."""
+    for number in _SIGNALS:
+        signal.signal(number, lambda *_: os._exit(EXIT_INTERRUPTED))
+
+
 def run_command(program: str, body: Callable[[], int]) -> int:
     """The exit code of `body`; what a person did wrong becomes one line on stderr, a signal becomes 130.
 

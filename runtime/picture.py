@@ -11,6 +11,7 @@ from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.decision import Deliberation
 from grasping_invisible.runtime.decision_record import Decision
 from grasping_invisible.runtime.frame import Camera, RgbdFrame
+from grasping_invisible.runtime.perception import target_patches
 from grasping_invisible.runtime.workspace import PUSH_LENGTH, Workspace
 
 Image = NDArray[np.uint8]
@@ -18,6 +19,7 @@ Image = NDArray[np.uint8]
 _PANEL = 240  # pixels, side of a map
 _HEIGHT = 2 * _PANEL
 _HEADER = 56
+_CAPTION = 20
 _PUSH = (255, 214, 30)
 _GRASP = (80, 255, 120)
 _INK = (240, 240, 240)
@@ -31,7 +33,7 @@ def draw_decision(frame: RgbdFrame, deliberation: Deliberation, target: str) -> 
     """An RGB picture, 536 pixels high: camera view left; maps right: colour, height, chosen map, best of all."""
     decision, perception = deliberation.decision, deliberation.perception
     workspace = perception.maps.workspace
-    camera_view = _camera_view(frame, perception.labels == CLASSES.index(target), decision, target)
+    camera_view = _camera_view(frame, target_patches(perception.labels == CLASSES.index(target)), decision, target)
     chosen, best, name = _value_maps(deliberation)
     panels = (
         _panel(perception.maps.color, decision, workspace, "seen from above"),
@@ -65,7 +67,8 @@ def _panel(image: Image, decision: Decision, workspace: Workspace, caption: str)
     for line in _strokes(decision):
         start, end = ((round((x - low[0]) * scale), round((high[1] - y) * scale)) for x, y in line)
         _stroke(panel, start, end, decision)
-    _text(panel, caption, (7, _PANEL - 8), _INK, 0.4)
+    panel[-_CAPTION:] = panel[-_CAPTION:] // 4
+    _text(panel, caption, (7, _PANEL - 7), _INK, 0.4)
     cv2.rectangle(panel, (0, 0), (_PANEL - 1, _PANEL - 1), _BACKGROUND, 1)
     return panel
 
@@ -135,5 +138,4 @@ def _header(deliberation: Deliberation, target: str, width: int) -> Image:
 
 
 def _text(image: Image, text: str, at: tuple[int, int], color: tuple[int, int, int], size: float) -> None:
-    cv2.putText(image, text, at, cv2.FONT_HERSHEY_SIMPLEX, size, (0, 0, 0), 3, cv2.LINE_AA)
     cv2.putText(image, text, at, cv2.FONT_HERSHEY_SIMPLEX, size, color, 1, cv2.LINE_AA)

@@ -6,7 +6,6 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from datetime import datetime
 from importlib.metadata import version
-from pathlib import Path
 
 import msgspec
 
@@ -15,7 +14,7 @@ from grasping_invisible.data.recorder import Recorder
 from grasping_invisible.runtime.bundle import ModelBundle, load_bundle
 from grasping_invisible.runtime.bus import Bus
 from grasping_invisible.runtime.command import finish_within
-from grasping_invisible.runtime.config import Config, to_toml
+from grasping_invisible.runtime.config import to_toml
 from grasping_invisible.runtime.console import RunConsole
 from grasping_invisible.runtime.decision import DecisionSettings
 from grasping_invisible.runtime.errors import (
@@ -26,6 +25,7 @@ from grasping_invisible.runtime.errors import (
     GraspingError,
 )
 from grasping_invisible.runtime.loop import RunPlan, RunProgress, run_loop
+from grasping_invisible.runtime.request import RunRequest
 from grasping_invisible.runtime.robot_link import ZenohRobot
 from grasping_invisible.runtime.run_log import RunFacts, RunLog
 from grasping_invisible.runtime.sim_process import SimAnnouncement, SimProcess
@@ -34,21 +34,6 @@ from grasping_invisible.runtime.timing import percentile
 UNKNOWN_SCENE = "unknown"  # whatever lies before a robot on the link
 DEFAULT_MAX_MOTIONS = 15
 _END_SECONDS = 1.8  # for cleaning up after an interruption
-
-
-@dataclass(frozen=True)
-class RunRequest:
-    """What was asked for. `locator`: None starts the simulator. None elsewhere stands for the default."""
-
-    locator: str | None
-    scene: str
-    target: str | None
-    seed: int
-    max_motions: int | None
-    models: Path | None
-    log_dir: Path
-    config: Config
-    json: bool
 
 
 @dataclass(frozen=True)

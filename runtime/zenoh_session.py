@@ -4,6 +4,7 @@ import json
 import re
 import threading
 import time
+from contextlib import suppress
 
 import zenoh
 
@@ -57,10 +58,8 @@ def close(session: zenoh.Session) -> None:
 
 
 def _close_quietly(session: zenoh.Session) -> None:
-    try:
+    with suppress(zenoh.ZError):  # the other side is gone or hangs: there is nothing left to close
         session.close()
-    except zenoh.ZError:
-        pass  # the other side is gone or hangs; there is nothing left to close
 
 
 def _closed_config(mode: str) -> zenoh.Config:

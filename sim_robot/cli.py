@@ -13,14 +13,15 @@ from grasping_invisible.runtime.command import finish_within, run_command
 from grasping_invisible.runtime.errors import EXIT_INTERRUPTED, BadInput, RobotError
 from grasping_invisible.runtime.sim_process import SimAnnouncement, announce
 
+# What takes long to import is imported inside `run_command`, so that a signal is answered from the start.
+
 DEFAULT_SCENE = "exploration-00"
 _END_SECONDS = 0.6
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; its exit code: 2 bad input, 3 the simulator cannot go on, 130 ended by a signal."""
-    options = _parser().parse_args(arguments)
-    return run_command("gi-sim-robot", lambda: _run(options))
+    return run_command("gi-sim-robot", lambda: _run(_parser().parse_args(arguments)))
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -36,7 +37,7 @@ def _parser() -> argparse.ArgumentParser:
         metavar="ENDPOINT",
         help="where to serve, such as tcp/127.0.0.1:7447 (default: a free port on loopback)",
     )
-    parser.add_argument("--camera-hz", type=float, default=4.0, help="frames a simulated second in motion")
+    parser.add_argument("--camera-hz", type=float, default=2.0, help="frames a simulated second in motion (default: 2)")
     parser.add_argument("--gui", action="store_true", help="open PyBullet's window")
     parser.add_argument("--exit-with-parent", action="store_true", help="end when stdin closes")
     return parser
@@ -51,7 +52,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.seed < 0:
         raise BadInput(f"--seed must not be negative, not {options.seed}")
     try:
-        # Both need the simulator's own dependencies, and only now is it known where their chatter goes.
+        # PyBullet prints when it is imported; by now that goes to stderr.
         from grasping_invisible.sim_robot.node import SimNode
         from grasping_invisible.sim_robot.scene import load_scene
     except ModuleNotFoundError as error:
