@@ -47,6 +47,10 @@ class Body:
         p.resetBasePositionAndOrientation(self.id, center, rotation, physicsClientId=self.client)
         p.resetBaseVelocity(self.id, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=self.client)
 
+    def sleep(self) -> None:
+        """Let it lie without being simulated until something touches it."""
+        p.changeDynamics(self.id, -1, activationState=p.ACTIVATION_STATE_SLEEP, physicsClientId=self.client)
+
     def speed(self) -> tuple[float, float]:
         """How fast it moves: metres a second, radians a second."""
         linear, angular = p.getBaseVelocity(self.id, physicsClientId=self.client)
@@ -111,10 +115,12 @@ def _spawn_one(name: str, item: SceneObject, workspace: Workspace, client: int) 
         body,
         -1,
         lateralFriction=surface_friction(friction),
-        # Small: what keeps a cylinder from rolling and a block from pivoting on the spot for ever.
-        rollingFriction=1e-4,
+        # Lever arms in metres: what ends the rolling of a cylinder and the pivoting of a block on the spot.
+        rollingFriction=1e-3,
         spinningFriction=1e-3,
         restitution=0.0,
+        # What lies still costs nothing until something touches it.
+        activationState=p.ACTIVATION_STATE_ENABLE_SLEEPING,
         physicsClientId=client,
     )
     return Body(name, body, client, item, solid, mass, friction)

@@ -1,0 +1,130 @@
+"""Random piles of blocks that lie flat against and on top of each other, as layouts on paper before any physics.
+
+A pile has its own frame: blocks are upright or on a side, their edges parallel to its axes, metres.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+import pybullet as p
+
+from grasping_invisible.sim_robot.blocks import BLOCKS, Vector
+from grasping_invisible.sim_robot.scene import SceneObject
+
+Quaternion = tuple[float, float, float, float]
+Rectangle = tuple[tuple[float, float], tuple[float, float], float]
+
+UPRIGHT: Quaternion = (0.0, 0.0, 0.0, 1.0)
+HALF = math.sqrt(0.5)
+ABOUT_X: Quaternion = (HALF, 0.0, 0.0, HALF)
+ABOUT_Y: Quaternion = (0.0, HALF, 0.0, HALF)
+ABOUT_Z: Quaternion = (0.0, 0.0, HALF, HALF)
+UPSIDE_DOWN: Quaternion = (1.0, 0.0, 0.0, 0.0)
+
+# The ways in which a block stays where it is put.
+RESTS: dict[str, tuple[Quaternion, ...]] = {
+    "cube": (UPRIGHT,),
+    "cuboid": (ABOUT_X, ABOUT_X, UPRIGHT),
+    "plank": (UPRIGHT, UPRIGHT, ABOUT_X),
+    "plate": (ABOUT_Y, ABOUT_Y, UPRIGHT),
+    "arch": (ABOUT_X, UPRIGHT, UPSIDE_DOWN),
+    "cylinder": (UPRIGHT,),
+}
+SHAPES = tuple(RESTS)
+LARGEST_GAP = 0.0025  # metres between neighbours that are meant to touch
+LIFT = 0.0005  # metres between a block and what it is put on
+
+
+@dataclass(frozen=True)
+class Lying:
+    """A block at rest in a pile's frame: the middle of its bounding box, and its extents there, metres."""
+
+    shape: str
+    rotation: Quaternion
+    size: Vector
+    center: Vector = (0.0, 0.0, 0.0)
+
+    @property
+    def top(self) -> float:
+        """Height of its upper side."""
+        return self.center[2] + self.size[2] / 2
+
+    def at(self, x: float, y: float, bottom: float = 0.0) -> "Lying":
+        """The same block elsewhere, standing at height `bottom`."""
+        return replace(self, center=(x, y, bottom + LIFT + self.size[2] / 2))
+
+    def overlaps(self, other: "Lying") -> bool:
+        """Whether the two overlap seen from above."""
+        return all(
+            abs(self.center[axis] - other.center[axis]) < (self.size[axis] + other.size[axis]) / 2 - 1e-9
+            for axis in (0, 1)
+        )
+
+
+def lay(shape: str, rng: np.random.Generator) -> Lying:
+    """A block on one of the sides it rests on, along either axis, at the origin."""
+    rotation = RESTS[shape][rng.integers(len(RESTS[shape]))]
+    if rng.random() < 0.5:
+        _, rotation = p.multiplyTransforms((0, 0, 0), ABOUT_Z, (0, 0, 0), rotation)
+    matrix = np.abs(np.array(p.getMatrixFromQuaternion(rotation)).reshape(3, 3))
+    x, y, z = (float(extent) for extent in matrix @ BLOCKS[shape].size)
+    return Lying(shape, rotation, (x, y, z)).at(0.0, 0.0)
+
+
+def surround(middle: Lying, sides: int, lowest: float, rng: np.random.Generator) -> list[Lying]:
+    """Up to `sides` blocks (of four) on the table against the sides of `middle`, none lower than `lowest`."""
+    placed: list[Lying] = []
+    for side in rng.permutation(4)[:sides]:
+        axis, sign = divmod(int(side), 2)
+        for _ in range(20):
+            block = lay(str(rng.choice(SHAPES)), rng)
+            if block.size[2] < lowest - 1e-9:
+                continue
+            reach = (middle.size[axis] + block.size[axis]) / 2 + rng.uniform(0.0005, LARGEST_GAP)
+            # Covering most of the side, not merely touching its corner.
+            slack = (block.size[1 - axis] - middle.size[1 - axis]) / 2
+            along = rng.uniform(-1, 1) * max(abs(slack), 0.008)
+            offset = [along, along]
+            offset[axis] = reach if sign else -reach
+            block = block.at(middle.center[0] + offset[0], middle.center[1] + offset[1])
+            if not any(block.overlaps(other) for other in (middle, *placed)):
+                placed.append(block)
+                break
+    return placed
+
+
+def on_top(pile: list[Lying], block: Lying, x: float, y: float) -> Lying:
+    """The block put down at (x, y), on the highest of what lies beneath it."""
+    block = block.at(x, y)
+    return block.at(x, y, max((other.top for other in pile if block.overlaps(other)), default=0.0))
+
+
+def covering(size: Vector, rng: np.random.Generator) -> Lying:
+    """A block lying flat whose footprint is no smaller than that of `size`, but for a few millimetres."""
+    while True:
+        block = lay(str(rng.choice(("plank", "plate", "cube", "cuboid", "arch"))), rng)
+        if block.size[0] > size[0] - 0.004 and block.size[1] > size[1] - 0.004 and block.size[2] <= 0.05:
+            return block
+
+
+def footprint(block: Lying, x: float, y: float, yaw: float) -> Rectangle:
+    """A block of a pile that stands at (x, y, yaw), seen from above, as OpenCV's rotated rectangle."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    middle = (x + c * block.center[0] - s * block.center[1], y + s * block.center[0] + c * block.center[1])
+    return middle, (block.size[0], block.size[1]), math.degrees(yaw)
+
+
+def collide(first: list[Rectangle], second: list[Rectangle]) -> bool:
+    """Whether any two rectangles of two lists overlap."""
+    return any(
+        cv2.rotatedRectangleIntersection(one, other)[0] != cv2.INTERSECT_NONE for one in first for other in second
+    )
+
+
+def as_object(block: Lying, color: str, x: float, y: float, yaw: float) -> SceneObject:
+    """The block as an object of a scene whose pile stands at (x, y, yaw) in the workspace frame."""
+    about_z = (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+    position, rotation = p.multiplyTransforms((x, y, 0.0), about_z, block.center, block.rotation)
+    return SceneObject(shape=block.shape, color=color, position=position, quaternion_xyzw=rotation)
