@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from grasping_invisible.data.clock import to_timestamp
@@ -15,9 +16,10 @@ from grasping_invisible.runtime.motion import feasible_grasps
 from grasping_invisible.runtime.perception import Perception
 
 HEIGHT_NOISE = 0.008  # metres; a cell that differs by more has changed
-# Square metres that must have changed for the scene to have changed: a 50 mm block moved by 4 mm, or 100
-# cells.
-CHANGED_AREA = 4.0e-4
+# Cells, 6 mm: only changes at least so wide count. At the edges of blocks and of what is hidden behind them single
+# cells flicker from frame to frame, hundreds of them in a heap.
+CHANGED_WIDTH = 3
+CHANGED_AREA = 2.0e-4  # square metres of such changes: a 50 mm block that moved by 6 mm makes 3e-4 on each side
 TARGET_GONE = 0.7  # share of the target's cells that must vanish for it to be what the gripper holds
 
 
@@ -59,7 +61,7 @@ def judge(before: Perception, decision: Decision, outcome: gi.MotionOutcome, aft
     aimed = bool(feasible_grasps(before.mask, resolution)[decision.rotation, decision.row, decision.column])
     gone = bool(np.count_nonzero(after.mask) <= (1.0 - TARGET_GONE) * np.count_nonzero(before.mask))
     target_grasped = held and aimed and gone
-    changed = scene_changed(before.maps, after.maps)
+    changed = outcome.status != gi.UNREACHABLE and scene_changed(before.maps, after.maps)
     detail = ", ".join(
         filter(
             None,
@@ -81,9 +83,10 @@ def judge(before: Perception, decision: Decision, outcome: gi.MotionOutcome, aft
 
 
 def scene_changed(before: Heightmaps, after: Heightmaps) -> bool:
-    """Whether an area of at least `CHANGED_AREA` changed its height by more than `HEIGHT_NOISE`."""
-    cells = np.count_nonzero(np.abs(after.height - before.height) > HEIGHT_NOISE)
-    return bool(cells >= round(CHANGED_AREA / before.workspace.resolution**2))
+    """Whether the height changed by more than `HEIGHT_NOISE` in patches of `CHANGED_WIDTH`, `CHANGED_AREA` in all."""
+    changed = (np.abs(after.height - before.height) > HEIGHT_NOISE).astype(np.uint8)
+    patches = cv2.morphologyEx(changed, cv2.MORPH_OPEN, np.ones((CHANGED_WIDTH, CHANGED_WIDTH), np.uint8))
+    return bool(np.count_nonzero(patches) >= round(CHANGED_AREA / before.workspace.resolution**2))
 
 
 def remember(memory: Memory, decision: Decision, judgement: Judgement) -> Memory:

@@ -23,7 +23,9 @@ FINGERS_ALONG = 0.025  # metres, footprint of the closed fingers along a push
 FINGERS_ACROSS = 0.045  # and across it
 PUSH_CLEARANCE = 0.003  # metres between the fingers' lowest point and what they stand above
 PUSH_OVERLAP = 0.005  # metres by which something ahead must stand higher than the TCP, to be pushed
-PUSH_END_MARGIN = 0.01  # metres by which a push may end outside the workspace
+# Metres from the workspace's edge at which a push must end: what it moves lies ahead of it, and what leaves
+# the workspace is lost.
+PUSH_END_INSET = 0.03
 
 
 def cell_position(row: float, column: float, workspace: Workspace) -> tuple[float, float]:
@@ -59,8 +61,8 @@ def push_heights(maps: Heightmaps) -> NDArray[np.float32]:
 def feasible_pushes(maps: Heightmaps, heights: NDArray[np.float32]) -> NDArray[np.bool_]:
     """Which pushes can be made and would meet something: (16, 112, 112) bool.
 
-    `heights`: of `push_heights`. A push is left out where it would end outside the workspace by more than
-    `PUSH_END_MARGIN`, or where nothing along its way stands higher than the TCP.
+    `heights`: of `push_heights`. A push is left out where it would end nearer than `PUSH_END_INSET` to the
+    workspace's edge or beyond it, or where nothing along its way stands higher than the TCP.
     """
     ahead = np.zeros_like(heights)
     steps = math.ceil(PUSH_LENGTH / FINGERS_ALONG)
@@ -77,15 +79,15 @@ def feasible_pushes(maps: Heightmaps, heights: NDArray[np.float32]) -> NDArray[n
 
 @lru_cache(maxsize=4)
 def ends_inside(workspace: Workspace) -> NDArray[np.bool_]:
-    """Which pushes end inside the workspace or at most `PUSH_END_MARGIN` outside: (16, 112, 112) bool."""
+    """Which pushes end inside the workspace, `PUSH_END_INSET` from its edge: (16, 112, 112) bool."""
     grid = action_grid(workspace)
     cells = np.arange(ACTION_CELLS) + 0.5
     yaw = ANGLES[:, None, None]
     x = grid.low[0] + cells * grid.resolution + PUSH_LENGTH * np.cos(yaw)
     y = grid.high[1] - cells[:, None] * grid.resolution + PUSH_LENGTH * np.sin(yaw)
-    margin = PUSH_END_MARGIN + 1e-9
-    inside = (x >= grid.low[0] - margin) & (x <= grid.high[0] + margin)
-    return inside & (y >= grid.low[1] - margin) & (y <= grid.high[1] + margin)
+    inset = PUSH_END_INSET - 1e-9
+    inside = (x >= grid.low[0] + inset) & (x <= grid.high[0] - inset)
+    return inside & (y >= grid.low[1] + inset) & (y <= grid.high[1] - inset)
 
 
 def feasible_grasps(mask: NDArray[np.bool_], resolution: float) -> NDArray[np.bool_]:

@@ -16,8 +16,8 @@ from grasping_invisible.runtime.workspace import Workspace
 # Below these the target counts as not seen: a segmenter's speckle must not end an exploration. At the usual
 # distance a pixel covers a little over one square millimetre of the table.
 MIN_PATCH_PIXELS = 30  # of one connected patch; smaller ones are ignored
-MIN_TARGET_PIXELS = 60  # of all remaining patches together
-MIN_TARGET_CELLS = 12  # of the heightmap, after projection: the target lies in the workspace
+MIN_TARGET_PIXELS = 100  # of all remaining patches together
+MIN_TARGET_CELLS = 16  # of the heightmap, after projection: the target lies in the workspace
 
 
 class Segmenter(Protocol):
@@ -72,7 +72,11 @@ def target_patches(is_target: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """The target's pixels, (H, W) bool, without connected patches smaller than `MIN_PATCH_PIXELS`."""
     if not is_target.any():
         return is_target
-    _, patch, statistics, _ = cv2.connectedComponentsWithStats(is_target.astype(np.uint8), connectivity=8)
+    x, y, width, height = cv2.boundingRect(is_target.astype(np.uint8))
+    box = np.s_[y : y + height, x : x + width]
+    _, patch, statistics, _ = cv2.connectedComponentsWithStats(is_target[box].astype(np.uint8), connectivity=8)
     large = np.asarray(statistics)[:, cv2.CC_STAT_AREA] >= MIN_PATCH_PIXELS
     large[0] = False  # what is not target
-    return large[np.asarray(patch, np.intp)]
+    patches = np.zeros_like(is_target)
+    patches[box] = large[np.asarray(patch, np.intp)]
+    return patches

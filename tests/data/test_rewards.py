@@ -49,6 +49,15 @@ def test_a_border_must_be_freed_by_more_than_noise():
         assert rewards.push_reward(before, mask, *FREE, **PAST) == reward
 
 
+def test_burying_a_part_of_the_target_frees_nothing():
+    mask = FREE[1]
+    height = np.full((224, 224), 0.04, np.float32)
+    half = mask.copy()
+    half[:, 110:] = False
+    assert rewards.freed_cells(height, mask, height, half) > 100
+    assert rewards.push_reward(height, mask, height, half, **PAST) == 0.0
+
+
 @pytest.mark.parametrize(
     ("start", "yaw", "length", "passes"),
     [

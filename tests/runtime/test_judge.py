@@ -75,10 +75,16 @@ def test_a_push_that_makes_room(perceived):
 def test_a_scene_that_only_flickers_is_as_before(perceived):
     before, after = perceived(TARGET), perceived(TARGET)
     after.maps.height[:] += 0.005
-    after.maps.height[50:59, 50:60] += 0.03  # 90 cells
+    after.maps.height[20:120, 50:52] += 0.03  # an edge, two cells wide
+    after.maps.height[60:67, 100:107] += 0.03  # 49 cells
     assert not judge(before, decision(gi.PUSH), outcome(), after).scene_changed
-    after.maps.height[59, 50:60] += 0.03  # 100
+    after.maps.height[67, 100:107] += 0.03  # 56
     assert judge(before, decision(gi.PUSH), outcome(), after).scene_changed
+
+
+def test_an_arm_that_did_not_start_changed_nothing(perceived):
+    unreachable = gi.MotionOutcome(command_id=9, status=gi.UNREACHABLE, detail="too far")
+    assert not judge(perceived(TARGET), decision(gi.PUSH), unreachable, perceived()).scene_changed
 
 
 @pytest.mark.parametrize(

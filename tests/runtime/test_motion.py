@@ -94,18 +94,18 @@ def test_an_empty_table_offers_no_push(table_with):
 
 
 @given(k=st.integers(0, 15), row=st.integers(0, 111), column=st.integers(0, 111))
-def test_feasible_pushes_end_in_the_workspace_or_just_outside(k, row, column):
+def test_pushes_end_well_inside_the_workspace(k, row, column):
     x, y = motion.cell_position(row, column, WORKSPACE)
     yaw = rotation_angle(k)
     end = x + PUSH_LENGTH * math.cos(yaw), y + PUSH_LENGTH * math.sin(yaw)
-    outside = max(
-        WORKSPACE.low[0] - end[0],
-        end[0] - WORKSPACE.high[0],
-        WORKSPACE.low[1] - end[1],
-        end[1] - WORKSPACE.high[1],
+    to_the_edge = min(
+        end[0] - WORKSPACE.low[0],
+        WORKSPACE.high[0] - end[0],
+        end[1] - WORKSPACE.low[1],
+        WORKSPACE.high[1] - end[1],
     )
-    if abs(outside - motion.PUSH_END_MARGIN) > 1e-6:
-        assert motion.ends_inside(WORKSPACE)[k, row, column] == (outside < motion.PUSH_END_MARGIN)
+    if abs(to_the_edge - motion.PUSH_END_INSET) > 1e-6:
+        assert motion.ends_inside(WORKSPACE)[k, row, column] == (to_the_edge > motion.PUSH_END_INSET)
 
 
 def test_grasps_are_aimed_at_the_target_or_just_beside_it(table_with):
