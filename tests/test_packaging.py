@@ -160,6 +160,13 @@ def test_edge_commands_answer_without_the_extras(installed: Path, command: str) 
     assert done.stdout.startswith(f"usage: {command}")
 
 
+@pytest.mark.parametrize("command", ["gi-collect", "gi-train", "gi-export"])
+def test_training_commands_name_what_is_missing(installed: Path, command: str) -> None:
+    done = run_installed(installed, HIDE.format(names=NOT_ON_THE_EDGE) + RUN_COMMAND, command, "--help")
+    assert done.returncode == 2
+    assert re.fullmatch(rf"{command}: needs \w+, which is not installed: .*\[train\]'\n", done.stderr)
+
+
 def test_every_command_answers(installed: Path) -> None:
     for command in PYPROJECT["project"]["scripts"]:
         done = run_installed(installed, RUN_COMMAND, command, "--help")

@@ -1,0 +1,21 @@
+"""Commands that need more than the edge install say so, instead of failing to import."""
+
+import importlib
+import sys
+
+from grasping_invisible.runtime.errors import EXIT_BAD_INPUT
+
+
+def run_with_extra(program: str, extra: str, module: str) -> int:
+    """The exit code of `main()` in `module`, or 2 and one line if the install lacks what it imports."""
+    try:
+        main = importlib.import_module(module).main
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.startswith("grasping_invisible"):
+            raise
+        print(
+            f"{program}: needs {error.name}, which is not installed: pip install 'grasping-invisible[{extra}]'",
+            file=sys.stderr,
+        )
+        return EXIT_BAD_INPUT
+    return main()

@@ -1,0 +1,13 @@
+"""Entry points of the commands of training; they import it only when called."""
+
+from grasping_invisible.runtime.extras import run_with_extra
+
+
+def collect() -> int:
+    """Run `gi-collect`."""
+    return run_with_extra("gi-collect", "train", "grasping_invisible.training.collect_cli")
+
+
+def train() -> int:
+    """Run `gi-train`."""
+    return run_with_extra("gi-train", "train", "grasping_invisible.training.cli")
