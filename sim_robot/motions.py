@@ -17,7 +17,7 @@ APPROACH_SPEED = 0.2
 PUSH_SPEED = 0.12
 LIFT_SPEED = 0.25
 HOME = Tool((0.3069, 0.0, 0.4853), -np.pi / 2)
-BIN = Tool((0.0, 0.52, 0.30), np.pi / 2)  # over the discard bin, beside the robot and out of the camera's view
+BIN = Tool((-0.20, 0.38, 0.25), 0.484)  # over the discard bin, beside the robot, out of view
 BIN_SEED = HOME_JOINTS + np.array([2.055, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])  # home, turned about the base
 BACK_OFF = 0.002  # metres up from what stopped a descent, so that the fingers close without rubbing on it
 

@@ -6,7 +6,9 @@ from collections.abc import Callable
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
+from numpy.typing import NDArray
 
+from grasping_invisible.data.classes import CLASSES, TARGET_COLORS
 from grasping_invisible.data.clock import to_timestamp
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.errors import RobotError
@@ -196,6 +198,17 @@ class SimRobot:
             seed=self.seed,
             target_color=self.scene.target,
         )
+
+    def truth_labels(self) -> NDArray[np.uint8]:
+        """What a faultless segmenter would say of the last observed frame: (H, W) uint8 class indices."""
+        if self._last is None:
+            raise RobotError("nothing has been observed yet")
+        bodies = self._last[1].bodies
+        class_of_body = np.zeros(max(bodies.max(), *self.world.bodies.values()) + 2, np.uint8)
+        for item in self.world.object_states():
+            if item.color in TARGET_COLORS:
+                class_of_body[self.world.bodies[item.name]] = CLASSES.index(item.color)
+        return class_of_body[bodies]  # body -1, nothing, reads the last entry, which stays 0
 
     def close(self) -> None:
         """Free the world and the arm's kinematics."""

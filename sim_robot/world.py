@@ -93,6 +93,8 @@ class World:
             self.step()
             still = still + 1 if self._is_still() else 0
             if still * TIME_STEP >= STILL_TIME:
+                for body in self._objects.values():
+                    body.sleep()
                 return True
         return False
 

@@ -1,0 +1,72 @@
+"""How the robot acts while it collects experience: epsilon-greedy, with pushes that look for the target.
+
+A behaviour stands in for the models of the loop, so that collection runs the same code as the robot. Greedy, it asks
+the critic; exploring, it gives random Q maps, whose greatest allowed value is a random allowed action.
+"""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from grasping_invisible.runtime.critic import QMaps
+from grasping_invisible.runtime.decision import Models
+from grasping_invisible.runtime.heightmap import Heightmaps
+from grasping_invisible.runtime.rotation import ACTION_CELLS, action_grid, to_action_grid
+from grasping_invisible.runtime.workspace import PUSH_LENGTH, ROTATIONS, rotation_angle
+from grasping_invisible.sim_robot.robot import SimRobot
+
+PUSH_REACH_ACROSS = 0.03  # metres beside a push's line within which it may still meet the target
+NOISE = 0.02  # of greedy Q values, so that equal situations do not always bring the same action
+
+
+class Behaviour:
+    """Acts greedily by `models` with probability 1 - `epsilon`, and at random otherwise, or always without models.
+
+    Labels are the simulator's own, so that collecting does not wait for a segmenter. `on_policy` lets the classifier
+    of `models` choose between push and grasp; otherwise a coin does. Depends on `seed` and the calls so far.
+    """
+
+    def __init__(self, robot: SimRobot, models: Models | None, epsilon: float, on_policy: bool, seed: int) -> None:
+        self._robot = robot
+        self._models = models
+        self._epsilon = epsilon if models is not None else 1.0
+        self._on_policy = on_policy and models is not None
+        self._rng = np.random.default_rng(seed)
+
+    def segment(self, color: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """The true labels of the frame that was observed last, (H, W) uint8."""
+        return self._robot.truth_labels()
+
+    def q_maps(self, maps: Heightmaps, mask: NDArray[np.bool_]) -> QMaps:
+        """The critic's Q maps, slightly noisy, or random ones: (16, 112, 112) each."""
+        shape = (ROTATIONS, ACTION_CELLS, ACTION_CELLS)
+        push_noise, grasp_noise = self._rng.random((2, *shape), dtype=np.float32)
+        if self._models is None or self._rng.random() < self._epsilon:
+            # Sums, not products: every push towards the target comes before every other one.
+            return QMaps(push=(push_noise + _towards(mask, maps)) / 2, grasp=grasp_noise)
+        learned = self._models.q_maps(maps, mask)
+        return QMaps(push=learned.push + NOISE * push_noise, grasp=learned.grasp + NOISE * grasp_noise)
+
+    def grasp_probability(self, features: NDArray[np.float32]) -> float:
+        """The classifier's probability on policy, a random number otherwise."""
+        if self._models is not None and self._on_policy and self._rng.random() >= self._epsilon:
+            return self._models.grasp_probability(features)
+        return float(self._rng.random())
+
+
+def _towards(mask: NDArray[np.bool_], maps: Heightmaps) -> NDArray[np.float32]:
+    """1 where a push from a cell passes the mask within its length, 0 elsewhere: (16, 112, 112)."""
+    cell = action_grid(maps.workspace).resolution
+    target = (to_action_grid(mask.astype(np.float32)) > 0.25).astype(np.uint8)
+    if target.all():
+        return np.ones((ROTATIONS, ACTION_CELLS, ACTION_CELLS), np.float32)
+    reach = round(PUSH_LENGTH / cell)
+    width = round(2 * PUSH_REACH_ACROSS / cell)
+    towards = np.empty((ROTATIONS, ACTION_CELLS, ACTION_CELLS), np.float32)
+    for k in range(ROTATIONS):
+        yaw = rotation_angle(k)
+        kernel = np.zeros((2 * reach + 1, 2 * reach + 1), np.uint8)
+        tip = (round(reach + reach * np.cos(yaw)), round(reach - reach * np.sin(yaw)))
+        cv2.line(kernel, (reach, reach), tip, 1, width)
+        towards[k] = cv2.dilate(target, kernel)
+    return towards

@@ -1,0 +1,177 @@
+"""Self-supervised collection: the robot acts in random clutter and logs what comes of it (paper, section VI-B).
+
+Each scene makes one log, which depends on its seed and the models alone. In a scene the robot is after one visible
+target candidate; once that is grasped, or its motions are spent, after another, until none is in view.
+"""
+
+import os
+import signal
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from importlib.metadata import version
+from multiprocessing import get_context
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from grasping_invisible.data.classes import CLASSES
+from grasping_invisible.runtime.bundle import load_bundle
+from grasping_invisible.runtime.decision import DecisionSettings
+from grasping_invisible.runtime.errors import RobotError
+from grasping_invisible.runtime.loop import RunPlan, RunProgress, run_loop
+from grasping_invisible.runtime.perception import MIN_TARGET_PIXELS
+from grasping_invisible.runtime.run_log import RunFacts, RunLog
+from grasping_invisible.sim_robot.generate import Style, generate_scene
+from grasping_invisible.sim_robot.robot import SimRobot
+from grasping_invisible.sim_robot.scene import Scene
+from grasping_invisible.training.behaviour import Behaviour
+from grasping_invisible.training.experience_log import ExperienceLog, SpokenRobot
+
+# Style and share of the scenes of each stage, and how many grey blocks they hold (paper: 3, then 8).
+STAGES: dict[int, tuple[dict[Style, float], tuple[int, int]]] = {
+    1: ({"scattered": 0.7, "packed": 0.3}, (2, 5)),
+    2: ({"scattered": 0.35, "packed": 0.45, "stacked": 0.2}, (5, 9)),
+}
+TARGETS = 3  # candidates in a scene, at most
+
+
+@dataclass(frozen=True)
+class Collection:
+    """What to collect. `scenes`: how many, numbered from `seed` x 1,000,000 on.
+
+    `models`: folder of a bundle for the greedy part; None acts at random. `epsilon`: share of random actions.
+    `on_policy`: the bundle's classifier chooses between push and grasp. `motions`: spent on one target at most.
+    """
+
+    out: Path
+    scenes: int
+    stage: int = 1
+    seed: int = 0
+    models: Path | None = None
+    epsilon: float = 1.0
+    on_policy: bool = False
+    motions: int = 8
+
+    @property
+    def numbers(self) -> range:
+        """The scenes' numbers, each also its seed."""
+        first = self.seed * 1_000_000
+        return range(first, first + self.scenes)
+
+    @property
+    def missing(self) -> list[int]:
+        """The scenes' numbers that have no complete log yet."""
+        return [number for number in self.numbers if not self.log_path(number).is_file()]
+
+    def log_path(self, number: int) -> Path:
+        """The log of a scene; it is there only when it is complete."""
+        return self.out / f"scene-{number:09d}.mcap"
+
+
+@dataclass(frozen=True)
+class SceneCounts:
+    """What happened in one scene. `failure`: why it was given up, if it was."""
+
+    motions: int
+    grasps: int
+    targets: int
+    failure: str | None = None
+
+
+def collect(collection: Collection, workers: int) -> Iterator[SceneCounts]:
+    """Make the logs that are missing, in `workers` processes; yields as each is done.
+
+    An interrupted collection goes on where it stopped when started again.
+    """
+    collection.out.mkdir(parents=True, exist_ok=True)
+    # Spawned: a fork would share PyBullet's and ONNX Runtime's threads. Leaving the pool ends its processes.
+    with get_context("spawn").Pool(workers, initializer=_prepare_worker) as pool:
+        yield from pool.imap_unordered(partial(collect_scene, collection), collection.missing)
+
+
+def collect_scene(collection: Collection, number: int) -> SceneCounts:
+    """Act in one scene and leave its log behind."""
+    path = collection.log_path(number)
+    unfinished = path.with_suffix(".partial")
+    unfinished.unlink(missing_ok=True)
+    log = ExperienceLog(unfinished)
+    try:
+        counts = _act(collection, number, log)
+    finally:
+        log.close()
+    os.replace(unfinished, path)
+    return counts
+
+
+def draw_scene(stage: int, number: int) -> Scene:
+    """The scene of a number: style, candidates and grey blocks drawn for the stage."""
+    styles, (fewest, most) = STAGES[stage]
+    rng = np.random.default_rng((stage, number))
+    style = list(styles)[rng.choice(len(styles), p=list(styles.values()))]
+    return generate_scene(
+        number, style=style, targets=int(rng.integers(1, TARGETS + 1)), basics=int(rng.integers(fewest, most + 1))
+    )
+
+
+def _act(collection: Collection, number: int, log: ExperienceLog) -> SceneCounts:
+    rng = np.random.default_rng((collection.stage, number, 1))
+    models = None if collection.models is None else load_bundle(collection.models, threads=1)
+    runs: list[RunProgress] = []
+    try:
+        scene = draw_scene(collection.stage, number)
+        robot = SimRobot(scene, number)
+    except RobotError as error:
+        return _counts(runs, str(error))
+    behaviour = Behaviour(robot, models, collection.epsilon, collection.on_policy, number)
+    spoken = SpokenRobot(robot, log.bus)
+    tried: set[str] = set()
+    try:
+        while (target := _visible_candidate(robot, tried, rng)) is not None:
+            tried.add(target)
+            runs.append(RunProgress())
+            facts = RunFacts(
+                run_id=f"scene-{number}-{target}",
+                project_version=version("grasping-invisible"),
+                bundle_sha256="" if models is None else models.sha256,
+                onnxruntime_version="" if models is None else models.onnxruntime_version,
+                target=target,
+                scene=scene.name,
+                seed=number,
+                max_motions=collection.motions,
+                config_toml=f"stage = {collection.stage}\nepsilon = {collection.epsilon}\n",
+                robot="in this process",
+            )
+            watcher = RunLog(log.bus, target, pictures=False)
+            watcher.started(facts)
+            plan = RunPlan(seed=number, max_motions=collection.motions)
+            run_loop(spoken, behaviour, DecisionSettings(target, robot.workspace), plan, (watcher,), runs[-1])
+            watcher.ended(facts.run_id, runs[-1], "grasped" if runs[-1].grasped else "budget", 0)
+    except RobotError as error:
+        return _counts(runs, str(error))
+    finally:
+        robot.close()
+    return _counts(runs)
+
+
+def _visible_candidate(robot: SimRobot, tried: set[str], rng: np.random.Generator) -> str | None:
+    """One of the target colours in view of the camera and in the workspace that were not tried yet."""
+    robot.observe()
+    pixels = np.bincount(robot.truth_labels().ravel(), minlength=len(CLASSES))
+    inside = {item.color for item in robot.world.object_states() if robot.workspace.contains(*item.position[:2])}
+    candidates = [
+        color
+        for color, count in zip(CLASSES[1:], pixels[1:], strict=True)
+        if count >= MIN_TARGET_PIXELS and color in inside and color not in tried
+    ]
+    return str(rng.choice(candidates)) if candidates else None
+
+
+def _counts(runs: list[RunProgress], failure: str | None = None) -> SceneCounts:
+    return SceneCounts(sum(run.motions for run in runs), sum(run.grasped for run in runs), len(runs), failure)
+
+
+def _prepare_worker() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the parent, which ends its workers
+    cv2.setNumThreads(1)

@@ -1,0 +1,82 @@
+"""`gi-collect`: let the simulated robot gather experience."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from rich.console import Console
+
+from grasping_invisible.data.errors import DataError
+from grasping_invisible.runtime.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, BadInput, GraspingError
+from grasping_invisible.training.collect import STAGES, Collection, SceneCounts, collect
+from grasping_invisible.training.progress import bar
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run `gi-collect`; returns its exit code: 0, 2 bad input, 3 simulator, 130 interrupted (run it again to go on)."""
+    options = _parser().parse_args(arguments)
+    console = Console()
+    try:
+        counts = _collect(_collection(options), options.workers, console)
+    except (GraspingError, DataError, OSError) as error:
+        print(f"gi-collect: {error}", file=sys.stderr)
+        return error.exit_code if isinstance(error, GraspingError) else EXIT_BAD_INPUT
+    except KeyboardInterrupt:
+        print("gi-collect: interrupted; the same command goes on from here", file=sys.stderr)
+        return EXIT_INTERRUPTED
+    motions, targets = sum(c.motions for c in counts), sum(c.targets for c in counts)
+    grasped = sum(c.grasps for c in counts)
+    console.print(f"{len(counts)} scenes, {motions} motions, {grasped} of {targets} targets grasped")
+    for count in counts:
+        if count.failure is not None:
+            console.print(f"given up: {count.failure}")
+    return 0
+
+
+def _collect(collection: Collection, workers: int, console: Console) -> list[SceneCounts]:
+    done = len(collection.numbers) - len(collection.missing)
+    counts: list[SceneCounts] = []
+    with bar("scenes", collection.scenes, console, done) as advance:
+        for count in collect(collection, workers):
+            counts.append(count)
+            advance(f"{sum(c.motions for c in counts)} motions")
+    return counts
+
+
+def _collection(options: argparse.Namespace) -> Collection:
+    if options.scenes < 1 or options.motions < 1 or options.workers < 1:
+        raise BadInput("--scenes, --motions and --workers must be at least 1")
+    if not 0.0 <= options.epsilon <= 1.0:
+        raise BadInput(f"--epsilon must lie within 0 and 1, not {options.epsilon}")
+    if options.models is None and (options.epsilon < 1.0 or options.on_policy):
+        raise BadInput("acting other than at random needs --models")
+    return Collection(
+        out=options.out,
+        scenes=options.scenes,
+        stage=options.stage,
+        seed=options.seed,
+        models=options.models,
+        epsilon=options.epsilon,
+        on_policy=options.on_policy,
+        motions=options.motions,
+    )
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="gi-collect", description="Let the simulated robot act in random clutter and log what comes of it."
+    )
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of logs, one for each scene")
+    parser.add_argument("--scenes", type=int, default=100, help="how many")
+    parser.add_argument("--stage", type=int, choices=sorted(STAGES), default=1, help="1: few blocks; 2: dense clutter")
+    parser.add_argument("--seed", type=int, default=0, help="of the scenes; other seeds give other scenes")
+    parser.add_argument("--models", type=Path, metavar="DIR", help="bundle to act by; at random without")
+    parser.add_argument("--epsilon", type=float, default=1.0, help="share of random actions")
+    parser.add_argument("--on-policy", action="store_true", help="let the bundle's classifier choose push or grasp")
+    parser.add_argument("--motions", type=int, default=8, help="spent on one target at most")
+    parser.add_argument("--workers", type=int, default=1, help="processes")
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())
