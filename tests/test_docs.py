@@ -1,7 +1,10 @@
 """What the documents promise is there: files, commands, verbs and exit codes."""
 
 import re
+import subprocess
+import sys
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -25,6 +28,22 @@ def test_commands_and_verbs_exist(document: Path) -> None:
     verbs = set(re.findall(r"^([a-z]+):", (PROJECT / "Makefile").read_text(), flags=re.MULTILINE))
     assert set(re.findall(r"`(?:\.venv/bin/)?(gi-[a-z-]+)", text)) - set(COMMANDS) == set()
     assert set(re.findall(r"(?:^    |`)make ([a-z]+)", text, flags=re.MULTILINE)) - verbs == set()
+
+
+@cache
+def help_of(*command: str) -> str:
+    """What a command, or a command and its subcommand, says of its options."""
+    script = str(Path(sys.executable).parent / command[0])
+    return subprocess.run([script, *command[1:], "--help"], capture_output=True, text=True, check=True).stdout
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_options_exist(document: Path) -> None:
+    for line in re.findall(r"(?:^    |`)(?:\.venv/bin/)?(gi-[^`\n#]+)", document.read_text(), re.MULTILINE):
+        command, *rest = line.split()
+        subcommand = [rest[0]] if rest and re.fullmatch("[a-z]+", rest[0]) else []
+        known = set(re.findall(r"--[a-z-]+", help_of(command, *subcommand)))
+        assert set(re.findall(r"(?<=\s)--[a-z-]+", line)) - known == set(), line
 
 
 def first_column(pattern: str) -> list[str]:
