@@ -1,5 +1,6 @@
 """One run of `gi-runtime`, from its request to its exit code: start everything, loop, sum up, end everything."""
 
+import re
 import sys
 import uuid
 from contextlib import ExitStack
@@ -122,7 +123,8 @@ class _Run:
 
     def _open_log(self) -> Recorder:
         started = datetime.now().strftime("%Y%m%d-%H%M%S")
-        name = f"{started}-{self._task.scene}-{self._task.target}-{self._request.seed}-{self._run_id[:6]}.mcap"
+        scene = re.sub(r"[^\w.]+", "-", self._task.scene)  # whatever a scene file calls itself
+        name = f"{started}-{scene}-{self._task.target}-{self._request.seed}-{self._run_id[:6]}.mcap"
         try:
             return Recorder(self._request.log_dir / name, self._request.config.recording)
         except RecordingError as error:

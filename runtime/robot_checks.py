@@ -1,0 +1,154 @@
+"""What `gi-robot check` looks at: whether a robot keeps the protocol that the runtime relies on."""
+
+import time
+from collections import defaultdict
+from dataclasses import dataclass, field
+
+import numpy as np
+from google.protobuf.message import DecodeError
+
+from grasping_invisible.data.clock import to_ns, to_timestamp
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.data.topics import (
+    CAMERA_INFO,
+    COLOR_IMAGE,
+    DEPTH_IMAGE,
+    JOINTS,
+    ROBOT_HEALTH,
+    TRANSFORMS,
+    Topic,
+)
+from grasping_invisible.runtime.bus import Bus
+from grasping_invisible.runtime.errors import LinkError, RobotError
+from grasping_invisible.runtime.frame import RgbdFrame
+from grasping_invisible.runtime.heartbeat import PERIOD
+from grasping_invisible.runtime.heightmap import project
+from grasping_invisible.runtime.link_settings import LinkSettings
+from grasping_invisible.runtime.robot_link import ZenohRobot
+from grasping_invisible.runtime.workspace import PUSH_LENGTH, Workspace
+
+LISTEN_SECONDS = 3.0
+_CLOCK_SECONDS = 1.0  # between the robot's clock and this machine's, before it is worth a word
+_SEEN_SHARE = 0.5  # of the workspace's cells, that a camera in the right place sees
+
+
+@dataclass(frozen=True)
+class Check:
+    """One thing looked at. `passed`: None is a remark, neither good nor bad."""
+
+    name: str
+    passed: bool | None
+    detail: str
+
+
+@dataclass
+class Hearing:
+    """A sink that notes what came, when, and how large."""
+
+    times: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
+    latest: dict[str, bytes] = field(default_factory=dict)
+
+    def __call__(self, topic: Topic, payload: bytes, time_ns: int) -> None:
+        """See `Sink`."""
+        self.times[topic.key].append(time_ns * 1e-9)
+        self.latest[topic.key] = payload
+
+
+def check_robot(locator: str, settings: LinkSettings, workspace: Workspace, *, move: bool) -> list[Check]:
+    """Connect, listen for a while, and try what must be refused. Nothing moves unless `move`.
+
+    Raises `BadInput` and `LinkError` as connecting does.
+    """
+    hearing = Hearing()
+    robot = ZenohRobot(locator, Bus(sinks=(hearing,)), settings, "gi-robot-check")
+    try:
+        hearing.times.clear()  # what came while connecting says nothing about rates
+        time.sleep(LISTEN_SECONDS)
+        checks = [_health_rate(hearing), _clock(robot.health), *_camera_topics(hearing)]
+        checks += _frame(robot, workspace)
+        checks += [_refusal(robot, workspace)]
+        if move:
+            checks.append(_home(robot))
+        return checks
+    finally:
+        robot.close()
+
+
+def _health_rate(hearing: Hearing) -> Check:
+    times = hearing.times[ROBOT_HEALTH.key]
+    gaps = np.diff(times) if len(times) > 1 else np.array([LISTEN_SECONDS])
+    rate, longest = 1.0 / gaps.mean(), gaps.max()
+    ok = bool(rate > 0.5 / PERIOD and longest < 1.0)
+    return Check("heartbeat", ok, f"{rate:.1f} Hz (10 wanted), longest silence {longest:.2f} s (below 1 wanted)")
+
+
+def _clock(health: gi.RobotHealth) -> Check:
+    offset = (to_ns(health.stamp) - time.time_ns()) * 1e-9
+    if abs(offset) < _CLOCK_SECONDS:
+        return Check("clock", True, f"within {_CLOCK_SECONDS:g} s of this machine's")
+    return Check("clock", None, f"{offset:+.1f} s from this machine's; logs are easier to read with clocks in step")
+
+
+def _camera_topics(hearing: Hearing) -> list[Check]:
+    checks = []
+    for topic in (COLOR_IMAGE, DEPTH_IMAGE, CAMERA_INFO, TRANSFORMS, JOINTS):
+        count = len(hearing.times[topic.key])
+        detail = f"{count} messages in {LISTEN_SECONDS:g} s"
+        try:
+            topic.message.FromString(hearing.latest.get(topic.key, b""))
+        except DecodeError:
+            count, detail = 0, f"the payload is no {topic.message.DESCRIPTOR.full_name}"
+        checks.append(Check(topic.key, count > 0, detail))
+    return checks
+
+
+def _frame(robot: ZenohRobot, workspace: Workspace) -> list[Check]:
+    try:
+        frame = robot.observe()
+    except LinkError as error:
+        return [Check("frame", False, f"colour, depth, calibration and transforms never share a stamp: {error}")]
+    except RobotError as error:
+        return [Check("frame", False, str(error))]
+    camera = frame.camera
+    size = f"{camera.width} x {camera.height}, focal length {camera.intrinsics[0, 0]:.0f} px"
+    return [Check("frame", True, f"colour and depth in pairs, {size}"), _view(frame, workspace)]
+
+
+def _view(frame: RgbdFrame, workspace: Workspace) -> Check:
+    """The camera's pose and the workspace fit together when most of the workspace is seen, near the table's height."""
+    maps = project(frame, np.ones(frame.depth.shape, np.uint8), workspace)
+    seen = maps.labels > 0
+    share = float(seen.mean())
+    low = float(np.percentile(maps.height[seen], 10)) if seen.any() else 0.0
+    ok = share >= _SEEN_SHARE and low < 0.03
+    return Check(
+        "calibration", ok, f"{share:.0%} of the workspace is seen, its lower parts {low * 1000:.0f} mm above the table"
+    )
+
+
+def _refusal(robot: ZenohRobot, workspace: Workspace) -> Check:
+    """A push that starts a metre outside must be refused; it would be unreachable, too."""
+    command = gi.MotionCommand(
+        id=1,
+        stamp=to_timestamp(time.time_ns()),
+        kind=gi.PUSH,
+        position=gi.Point(x=workspace.high[0] + 1.0, y=workspace.center[1], z=workspace.center[2] + 0.1),
+        length=PUSH_LENGTH,
+    )
+    try:
+        outcome = robot.execute(command)
+    except LinkError as error:
+        return Check("refusal", False, f"no answer to a push out of bounds: {error}")
+    except RobotError as error:
+        return Check("refusal", True, str(error))
+    return Check("refusal", False, f"accepted a push out of bounds: {gi.MotionStatus.Name(outcome.status)}")
+
+
+def _home(robot: ZenohRobot) -> Check:
+    command = gi.MotionCommand(id=2, stamp=to_timestamp(time.time_ns()), kind=gi.HOME)
+    try:
+        outcome = robot.execute(command)
+        robot.observe()
+    except RobotError as error:
+        return Check("home", False, str(error))
+    return Check("home", outcome.status == gi.COMPLETED, f"{gi.MotionStatus.Name(outcome.status)}: {outcome.detail}")
