@@ -112,10 +112,21 @@ class World:
     def place(self, name: str, position: Position, quaternion: Quaternion) -> None:
         """Put an object's own frame at a pose of the base frame, at rest: to set scenes up."""
         self._objects[name].place(position, quaternion)
+        self.wake()
 
     def remove(self, name: str) -> None:
         """Take an object out of the world."""
         p.removeBody(self._objects.pop(name).id, physicsClientId=self.client)
+        self.wake()
+
+    def wake(self) -> None:
+        """Let gravity and contact act on objects that lie still again.
+
+        Bullet puts a pile to sleep after two still seconds, which makes it nearly free to simulate, and wakes it when
+        something touches it. Call this after changing the world in any other way, such as restoring a saved state.
+        """
+        for body in self._objects.values():
+            p.changeDynamics(body.id, -1, activationState=p.ACTIVATION_STATE_WAKE_UP, physicsClientId=self.client)
 
     def check(self) -> None:
         """Raise `RobotError` where the physics has broken down: an object is nowhere, or impossibly fast."""
