@@ -12,7 +12,11 @@ from rich.table import Table
 from grasping_invisible.data.errors import DataError
 from grasping_invisible.runtime.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, BadInput, GraspingError
 from grasping_invisible.training.checkpoint import Checkpoint
+from grasping_invisible.training.progress import bar
+from grasping_invisible.training.train_classifier import ClassifierTraining, train_classifier
+from grasping_invisible.training.train_critic import CriticTraining, train_critic
 from grasping_invisible.training.train_segmenter import SegmenterTraining, train_segmenter
+from grasping_invisible.training.transitions import Transition, read_transitions
 
 Command = Callable[[argparse.Namespace, Console], Checkpoint]
 
@@ -38,6 +42,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="gi-train", description="Train the models that the runtime decides with.")
     commands = parser.add_subparsers(required=True, metavar="MODEL")
     _add_segmenter(commands.add_parser("segmenter", help="from synthetic renders, made where they are missing"))
+    _add_critic(commands.add_parser("critic", help="from logs of motions"))
+    _add_classifier(commands.add_parser("classifier", help="from logs of motions and the critic's checkpoint in --out"))
     return parser
 
 
@@ -62,6 +68,62 @@ def _segmenter(options: argparse.Namespace, console: Console) -> Checkpoint:
         seed=options.seed,
     )
     return train_segmenter(settings, console)
+
+
+def _add_critic(parser: argparse.ArgumentParser) -> None:
+    defaults = CriticTraining(Path())
+    _add_logs(parser)
+    parser.add_argument("--batch", type=int, default=defaults.batch, help="transitions in a step")
+    parser.add_argument("--rounds", type=int, default=defaults.rounds, help="times that next states are valued")
+    _add_common(parser, defaults.steps)
+    parser.set_defaults(command=_critic)
+
+
+def _critic(options: argparse.Namespace, console: Console) -> Checkpoint:
+    settings = CriticTraining(
+        checkpoint=options.out / "critic.pt",
+        steps=_positive(options, "steps"),
+        rounds=_positive(options, "rounds"),
+        batch=_positive(options, "batch"),
+        seed=options.seed,
+    )
+    return train_critic(settings, _transitions(options.logs, console), console)
+
+
+def _add_classifier(parser: argparse.ArgumentParser) -> None:
+    defaults = ClassifierTraining(Path(), Path())
+    _add_logs(parser)
+    _add_common(parser, defaults.steps)
+    parser.set_defaults(command=_classifier)
+
+
+def _classifier(options: argparse.Namespace, console: Console) -> Checkpoint:
+    settings = ClassifierTraining(
+        checkpoint=options.out / "classifier.pt",
+        critic=options.out / "critic.pt",
+        steps=_positive(options, "steps"),
+        seed=options.seed,
+    )
+    return train_classifier(settings, _transitions(options.logs, console), console)
+
+
+def _add_logs(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--logs", type=Path, nargs="+", required=True, metavar="PATH", help="MCAP logs, or folders of them"
+    )
+
+
+def _transitions(paths: list[Path], console: Console) -> list[Transition]:
+    """Everything that the logs teach; raises `BadInput` where there is no log."""
+    logs = [log for path in paths for log in (sorted(path.rglob("*.mcap")) if path.is_dir() else [path])]
+    if not logs:
+        raise BadInput(f"no MCAP logs in {', '.join(map(str, paths))}")
+    transitions = []
+    with bar("reading logs", len(logs), console) as advance:
+        for log in logs:
+            transitions += read_transitions(log)
+            advance(f"{len(transitions)} transitions")
+    return transitions
 
 
 def _add_common(parser: argparse.ArgumentParser, steps: int) -> None:

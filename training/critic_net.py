@@ -1,4 +1,4 @@
-"""The critic: a small U-Net from rotated heightmaps to push and grasp Q values (paper, section IV-A).
+"""The critic: a small U-Net from rotated heightmaps to push and grasp Q values (paper, section V-A).
 
 The paper's trunk is DenseNet-121; this one answers for all 16 rotations within 20 ms on two edge CPU cores.
 One trunk feeds two heads, one for each primitive.

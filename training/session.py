@@ -6,6 +6,7 @@ from pathlib import Path
 import torch
 from rich.console import Console
 
+from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights, save_checkpoint
 from grasping_invisible.training.progress import bar
 
@@ -19,7 +20,7 @@ class Session:
 
     Goes on from the checkpoint at `path` if that was interrupted with the same number of steps; a finished
     one with as many steps is only scored again. A batch may depend on the step's number alone, never on
-    state that a checkpoint does not hold.
+    state that a checkpoint does not hold (see `memory`).
     """
 
     def __init__(
@@ -30,9 +31,13 @@ class Session:
         optimizer: torch.optim.Optimizer,
         learning_rate: float,
         steps: int,
+        memory: dict[str, torch.Tensor] | None = None,
     ) -> None:
-        """Raises `BadInput` where the checkpoint cannot be used."""
+        """`memory`: tensors that steps change in place, kept in checkpoints too. Raises `BadInput` where the
+        checkpoint cannot be used.
+        """
         self.kind, self.path, self.net, self.optimizer, self.steps = kind, path, net, optimizer, steps
+        self.memory = memory or {}
         self.step = 0
         self.schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, learning_rate, total_steps=steps, pct_start=0.15)
         if path.is_file():
@@ -43,12 +48,13 @@ class Session:
         """Whether all steps are done."""
         return self.step >= self.steps
 
-    def run(self, loss_of_step: Callable[[int], torch.Tensor], console: Console) -> None:
-        """Take the steps that are left; a checkpoint is written now and then, and on the way out."""
+    def run(self, loss_of_step: Callable[[int], torch.Tensor], console: Console, until: int | None = None) -> None:
+        """Take the steps that are left, or those before `until`; saves now and then, and on the way out."""
+        end = self.steps if until is None else until
         mean = None
         try:
             with bar(f"training {self.kind}", self.steps, console, self.step) as advance:
-                while not self.finished:
+                while self.step < end:
                     loss = self._take(loss_of_step(self.step))
                     mean = loss if mean is None else 0.98 * mean + 0.02 * loss
                     advance(f"loss {mean:.4f}" if self.step % NOTE_EVERY == 0 else None)
@@ -70,6 +76,7 @@ class Session:
             "step": self.step,
             "optimizer": self.optimizer.state_dict(),
             "schedule": self.schedule.state_dict(),
+            "memory": self.memory,
         }
         save_checkpoint(self.path, Checkpoint(self.kind, self.net.state_dict(), resume=resume))
 
@@ -92,3 +99,7 @@ class Session:
         self.step = checkpoint.resume["step"]
         self.optimizer.load_state_dict(checkpoint.resume["optimizer"])
         self.schedule.load_state_dict(checkpoint.resume["schedule"])
+        for name, tensor in checkpoint.resume["memory"].items():
+            if name not in self.memory or self.memory[name].shape != tensor.shape:
+                raise BadInput(f"{self.path} was begun on other data; give --out another folder")
+            self.memory[name].copy_(tensor)

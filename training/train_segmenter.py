@@ -24,9 +24,9 @@ class SegmenterTraining:
 
     renders: Path
     checkpoint: Path
-    piles: int = 300
+    piles: int = 220
     held_out: int = 40
-    steps: int = 3000
+    steps: int = 1800
     batch: int = 10
     crop: int = 256  # pixels, square
     learning_rate: float = 4e-3

@@ -1,0 +1,56 @@
+"""How well a critic foresees what executed actions are worth, on runs held out of training."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.data.rewards import GRASP_AIMED, GRASP_SUCCEEDED, PUSH_FREED
+from grasping_invisible.training.critic_batch import example, executed_values
+from grasping_invisible.training.critic_net import CriticNet
+from grasping_invisible.training.transitions import Transition
+
+BATCH = 32
+
+
+def score_critic(net: CriticNet, transitions: Sequence[Transition], targets: NDArray[np.float32]) -> dict[str, float]:
+    """Scores of a network in evaluation mode; what the transitions have no example of is left out.
+
+    `targets`: (T,), reward plus discounted value of the next state. `td_error`: mean absolute difference to them.
+    `grasp_auc`, `push_auc`: how well the Q value tells successful from failed grasps aimed at the goal, and pushes
+    that freed its border from others. `grasp_accuracy`: with grasps called successful above 0.75, half way between
+    the rewards of failure and success.
+    """
+    values = predicted(net, transitions)
+    push = np.array([transition.kind == gi.PUSH for transition in transitions], np.bool_)
+    aimed = np.array([transition.aimed for transition in transitions], np.bool_)
+    success = np.array([transition.success for transition in transitions], np.bool_)
+    freed = np.array([transition.reward >= PUSH_FREED for transition in transitions], np.bool_)
+    middle = (GRASP_AIMED + GRASP_SUCCEEDED) / 2
+    scores = {
+        "td_error": float(np.abs(values - targets).mean()),
+        "grasp_auc": auc(values[aimed], success[aimed]),
+        "grasp_accuracy": float(((values > middle) == success)[aimed].mean()) if aimed.any() else np.nan,
+        "push_auc": auc(values[push], freed[push]),
+        "held_out_grasps": float(aimed.sum()),
+        "held_out_pushes": float(push.sum()),
+    }
+    return {name: value for name, value in scores.items() if np.isfinite(value)}
+
+
+def predicted(net: CriticNet, transitions: Sequence[Transition]) -> NDArray[np.float32]:
+    """Q values of executed actions, (T,)."""
+    values = []
+    with torch.inference_mode():
+        for start in range(0, len(transitions), BATCH):
+            batch = transitions[start : start + BATCH]
+            values.append(executed_values(net, [example(t) for t in batch], [t.kind for t in batch]).numpy())
+    return np.concatenate(values)
+
+
+def auc(values: NDArray[np.float32], positive: NDArray[np.bool_]) -> float:
+    """The chance that a positive example has a greater value than a negative one; NaN without one of each."""
+    greater = values[positive][:, None] - values[~positive][None, :]
+    return float(((greater > 0) + 0.5 * (greater == 0)).mean()) if greater.size else float("nan")

@@ -1,0 +1,39 @@
+"""What a critic in training says of a whole state: the same path as on the robot, the network in torch."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from grasping_invisible.runtime.choice import best_value
+from grasping_invisible.runtime.critic import QMaps
+from grasping_invisible.runtime.heightmap import Heightmaps
+from grasping_invisible.runtime.motion import feasible_grasps, feasible_pushes, push_heights
+from grasping_invisible.runtime.rotation import ROTATED_CELLS, critic_planes, rotate_planes, unrotate
+from grasping_invisible.runtime.workspace import ROTATIONS
+from grasping_invisible.training.critic_net import CriticNet
+
+
+def q_maps(
+    net: CriticNet, maps: Heightmaps, mask: NDArray[np.bool_], rotations: Sequence[int] = range(ROTATIONS)
+) -> QMaps:
+    """Q maps of a network in evaluation mode; minus infinity for rotations that are not asked for."""
+    planes = torch.from_numpy(rotate_planes(critic_planes(maps, mask), rotations))
+    with torch.inference_mode():
+        outputs = net(planes.contiguous(memory_format=torch.channels_last))
+    push, grasp = (_all_rotations(output.numpy(), rotations) for output in outputs)
+    return QMaps(push, grasp)
+
+
+def best_values(q: QMaps, maps: Heightmaps, mask: NDArray[np.bool_]) -> tuple[float, float]:
+    """q_p and q_g: the greatest values of pushes and grasps that the robot could make; 0 where there is none."""
+    push = best_value(q.push, feasible_pushes(maps, push_heights(maps)))
+    grasp = best_value(q.grasp, feasible_grasps(mask, maps.workspace.resolution))
+    return push or 0.0, grasp or 0.0
+
+
+def _all_rotations(values: NDArray[np.float32], rotations: Sequence[int]) -> NDArray[np.float32]:
+    full = np.full((ROTATIONS, ROTATED_CELLS, ROTATED_CELLS), -np.inf, np.float32)
+    full[list(rotations)] = values
+    return unrotate(full)

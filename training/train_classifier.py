@@ -1,0 +1,122 @@
+"""Training the action classifier from logged grasps (paper, section VI-B and appendix C)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from rich.console import Console
+from torch.nn import functional
+
+from grasping_invisible.data.target_border import target_border
+from grasping_invisible.runtime.coordinator import classifier_features
+from grasping_invisible.runtime.errors import BadInput
+from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights, source_commit
+from grasping_invisible.training.classifier_net import ClassifierNet
+from grasping_invisible.training.critic_net import CriticNet
+from grasping_invisible.training.critic_score import auc
+from grasping_invisible.training.critic_values import best_values, q_maps
+from grasping_invisible.training.progress import bar
+from grasping_invisible.training.session import Session
+from grasping_invisible.training.split import split
+from grasping_invisible.training.transitions import Transition
+
+BUFFER = 20_000  # most recent grasps that are kept
+# A grasp that the critic would not choose says little about the one it would: only grasps within this of q_g count.
+NEAR_BEST = 0.15
+WEIGHT_DECAY = 1e-3
+
+
+@dataclass(frozen=True)
+class ClassifierTraining:
+    """How to train. `critic`: checkpoint of the critic whose Q values the classifier will be asked with."""
+
+    checkpoint: Path
+    critic: Path
+    steps: int = 800
+    batch: int = 128
+    learning_rate: float = 3e-3
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Examples:
+    """Grasps aimed at the target: `features` (E, 5) float32, and whether each took it, `grasped` (E,) bool."""
+
+    features: NDArray[np.float32]
+    grasped: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.grasped)
+
+
+def train_classifier(settings: ClassifierTraining, transitions: Sequence[Transition], console: Console) -> Checkpoint:
+    """Train by binary cross-entropy (paper, section VI-A), score on held-out runs. Raises `BadInput`."""
+    critic = CriticNet()
+    load_weights(critic, load_checkpoint(settings.critic, "critic"), settings.critic)
+    taught, held_out = (examples_of(part, critic.eval(), console) for part in split(transitions))
+    for part in (taught, held_out):
+        if len(part) < 2 or part.grasped.all() or not part.grasped.any():
+            raise BadInput(
+                f"{len(taught)} and {len(held_out)} grasps near the critic's best are too few to train and score with"
+            )
+    torch.manual_seed(settings.seed)
+    net = ClassifierNet()
+    optimizer = torch.optim.AdamW(net.parameters(), settings.learning_rate, weight_decay=WEIGHT_DECAY)
+    session = Session("classifier", settings.checkpoint, net, optimizer, settings.learning_rate, settings.steps)
+    if not session.finished:
+        net.train()
+        session.run(lambda step: _loss(net, taught, settings, step), console)
+    return session.finish(
+        score_classifier(net.eval(), held_out),
+        {
+            "grasps": len(taught),
+            "held_out_grasps": len(held_out),
+            "steps": settings.steps,
+            "batch": settings.batch,
+            "seed": settings.seed,
+            "source_commit": source_commit(),
+        },
+    )
+
+
+def examples_of(transitions: Sequence[Transition], critic: CriticNet, console: Console) -> Examples:
+    """What the classifier would have been asked before each grasp for the run's target, and the right answer.
+
+    1 where the target was grasped, 0 where the grasp was aimed at it and failed; with today's critic's values.
+    """
+    grasps = [item for item in transitions if item.aimed and not item.hindsight][-BUFFER:]
+    features, grasped = [], []
+    with bar("asking the critic", len(grasps), console) as advance:
+        for item in grasps:
+            q = q_maps(critic, item.before, item.mask)
+            push, grasp = best_values(q, item.before, item.mask)
+            if q.grasp[item.rotation, item.row, item.column] >= grasp - NEAR_BEST:
+                border = target_border(item.before.height, item.mask, item.before.workspace.resolution)
+                features.append(classifier_features(push, grasp, border, item.consecutive_grasp_failures))
+                grasped.append(item.success)
+            advance()
+    return Examples(np.array(features, np.float32).reshape(-1, 5), np.array(grasped, np.bool_))
+
+
+def score_classifier(net: ClassifierNet, examples: Examples) -> dict[str, float]:
+    """Accuracy and AUC of a network in evaluation mode; `grasped_share` is what always guessing "grasp" would score."""
+    with torch.inference_mode():
+        logits = net(torch.from_numpy(examples.features)).numpy()
+    return {
+        "accuracy": float(((logits >= 0) == examples.grasped).mean()),
+        "auc": auc(logits, examples.grasped),
+        "grasped_share": float(examples.grasped.mean()),
+        "held_out_grasps": float(len(examples)),
+    }
+
+
+def _loss(net: ClassifierNet, examples: Examples, settings: ClassifierTraining, step: int) -> torch.Tensor:
+    rng = np.random.default_rng((settings.seed, step))
+    indices = rng.integers(len(examples), size=settings.batch)
+    logits = net(torch.from_numpy(examples.features[indices]))
+    return functional.binary_cross_entropy_with_logits(
+        logits, torch.from_numpy(examples.grasped[indices].astype(np.float32))
+    )

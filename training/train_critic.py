@@ -1,0 +1,144 @@
+"""Training the critic from logged motions (paper, sections V-A and VI, appendix C)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from rich.console import Console
+from torch.nn import functional
+
+from grasping_invisible.data.rewards import REWARD_VERSION
+from grasping_invisible.runtime.errors import BadInput
+from grasping_invisible.runtime.workspace import ROTATIONS
+from grasping_invisible.training.checkpoint import Checkpoint, source_commit
+from grasping_invisible.training.critic_batch import example, executed_values
+from grasping_invisible.training.critic_net import CriticNet
+from grasping_invisible.training.critic_score import score_critic
+from grasping_invisible.training.critic_values import best_values, q_maps
+from grasping_invisible.training.progress import bar
+from grasping_invisible.training.session import Session
+from grasping_invisible.training.split import split
+from grasping_invisible.training.transitions import Transition
+
+DISCOUNT = 0.5
+PRIORITY_EXPONENT = 0.6
+PRIORITY_FLOOR = 0.02
+# Of the 16 rotations, so many drawn at random value a next state: the greatest Q value of half of them is nearly
+# that of all, at half the time.
+ROTATIONS_VALUED = 8
+
+
+@dataclass(frozen=True)
+class CriticTraining:
+    """How to train. `rounds`: the values of next states are computed anew at the start of each but the first.
+
+    In the first round next states count nothing: the critic learns what motions do before what they lead to.
+    """
+
+    checkpoint: Path
+    steps: int = 2000
+    rounds: int = 3
+    batch: int = 32
+    learning_rate: float = 2e-3
+    seed: int = 0
+
+
+def train_critic(settings: CriticTraining, transitions: Sequence[Transition], console: Console) -> Checkpoint:
+    """Train by prioritised replay, score on held-out runs; resumes. Raises `BadInput` without transitions."""
+    taught, held_out = split(transitions)
+    if not taught or not held_out:
+        raise BadInput(f"{len(transitions)} transitions are too few to train on and to score with")
+    torch.manual_seed(settings.seed)
+    net = CriticNet()
+    optimizer = torch.optim.AdamW(net.parameters(), settings.learning_rate, weight_decay=1e-4)
+    replay = Replay(taught)
+    session = Session(
+        "critic",
+        settings.checkpoint,
+        net,
+        optimizer,
+        settings.learning_rate,
+        settings.steps,
+        {"targets": replay.targets, "errors": replay.errors},
+    )
+    ends = [settings.steps * (index + 1) // settings.rounds for index in range(settings.rounds)]
+    for start, end in zip([0, *ends], ends, strict=False):
+        if session.step == start and start > 0 and not session.finished:
+            value_next_states(net, taught, replay.targets, settings.seed + start, console)
+        if session.step < end:
+            net.train()
+            session.run(lambda step: _loss(net, replay, settings, step), console, end)
+
+    held_out_targets = torch.tensor([transition.reward for transition in held_out])
+    value_next_states(net, held_out, held_out_targets, settings.seed, console)
+    scores = score_critic(net.eval(), held_out, held_out_targets.numpy())
+    return session.finish(
+        scores,
+        {
+            "transitions": len(taught),
+            "hindsight_transitions": sum(transition.hindsight for transition in taught),
+            "runs": len({transition.run for transition in taught}),
+            "held_out_transitions": len(held_out),
+            "reward_version": REWARD_VERSION,
+            "discount": DISCOUNT,
+            "steps": settings.steps,
+            "batch": settings.batch,
+            "seed": settings.seed,
+            "source_commit": source_commit(),
+        },
+    )
+
+
+class Replay:
+    """Transitions with what the critic should say of them and by how much it last was wrong."""
+
+    def __init__(self, transitions: Sequence[Transition]) -> None:
+        self.transitions = transitions
+        self.targets = torch.tensor([transition.reward for transition in transitions], dtype=torch.float32)
+        self.errors = torch.ones(len(transitions))  # unseen ones first
+
+    def draw(self, rng: np.random.Generator, count: int, progress: float) -> tuple[list[int], torch.Tensor]:
+        """Indices drawn by priority, and weights (count,) against its bias, full at `progress` 1."""
+        priorities = (self.errors.numpy().astype(np.float64) + PRIORITY_FLOOR) ** PRIORITY_EXPONENT
+        shares = priorities / priorities.sum()
+        indices = rng.choice(len(shares), count, p=shares)
+        weights = (len(shares) * shares[indices]) ** -(0.4 + 0.6 * progress)
+        return indices.tolist(), torch.tensor(weights / weights.max(), dtype=torch.float32)
+
+
+def value_next_states(
+    net: CriticNet, transitions: Sequence[Transition], targets: torch.Tensor, seed: int, console: Console
+) -> None:
+    """Write reward plus discounted value of the next state into `targets`, (T,).
+
+    The network as it is now stays the target network until the next call. A state without the goal in view counts
+    nothing. Values lie within 0 and 1: no sequence of motions earns more.
+    """
+    net.eval()
+    rng = np.random.default_rng(seed)
+    values: dict[tuple[int, int], float] = {}
+    with bar("valuing next states", len(transitions), console) as advance:
+        for index, transition in enumerate(transitions):
+            after = transition.after
+            if after is not None:
+                key = id(after), transition.goal
+                mask = after.labels == transition.goal
+                if key not in values and mask.any():
+                    rotations = rng.permutation(ROTATIONS)[:ROTATIONS_VALUED].tolist()
+                    best = max(best_values(q_maps(net, after, mask, rotations), after, mask))
+                    values[key] = min(max(best, 0.0), 1.0)
+                targets[index] = transition.reward + DISCOUNT * values.get(key, 0.0)
+            advance()
+
+
+def _loss(net: CriticNet, replay: Replay, settings: CriticTraining, step: int) -> torch.Tensor:
+    """Huber loss of the temporal difference (paper, section VI-A) through executed cells only."""
+    rng = np.random.default_rng((settings.seed, step))
+    indices, weights = replay.draw(rng, settings.batch, step / settings.steps)
+    batch = [replay.transitions[index] for index in indices]
+    values = executed_values(net, [example(item, rng) for item in batch], [item.kind for item in batch])
+    differences = values - replay.targets[indices]
+    replay.errors[indices] = differences.detach().abs()
+    return (weights * functional.huber_loss(values, replay.targets[indices], reduction="none")).mean()
