@@ -1,10 +1,12 @@
 """What the documents promise is there: files, commands, verbs and exit codes."""
 
+import io
 import re
-import subprocess
 import sys
 import tomllib
+from contextlib import redirect_stdout
 from functools import cache
+from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
@@ -33,8 +35,14 @@ def test_commands_and_verbs_exist(document: Path) -> None:
 @cache
 def help_of(*command: str) -> str:
     """What a command, or a command and its subcommand, says of its options."""
-    script = str(Path(sys.executable).parent / command[0])
-    return subprocess.run([script, *command[1:], "--help"], capture_output=True, text=True, check=True).stdout
+    (main,) = entry_points(group="console_scripts", name=command[0])
+    said = io.StringIO()
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(said):
+        patch.setattr(sys, "argv", [*command, "--help"])
+        with pytest.raises(SystemExit) as end:
+            main.load()()
+    assert end.value.code in (0, None)
+    return said.getvalue()
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
