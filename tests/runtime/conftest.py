@@ -1,17 +1,117 @@
-"""Tables with blocks on them, as heightmaps and as what was perceived, built by hand."""
+"""Small worlds made by hand: tables with blocks as heightmaps, and a robot with a red block under a grey cover."""
 
+import socket
+import time
 from collections.abc import Callable
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from grasping_invisible.data.classes import CLASSES
+from grasping_invisible.data.clock import to_timestamp
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.runtime.critic import QMaps
+from grasping_invisible.runtime.frame import Camera, RgbdFrame
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.perception import Perception
-from grasping_invisible.runtime.workspace import Workspace
+from grasping_invisible.runtime.rotation import ACTION_CELLS
+from grasping_invisible.runtime.workspace import ROTATIONS, Workspace
 
 Block = tuple[float, float, float, float, str]  # x, y of its middle, side, top: metres; colour
 TableWith = Callable[..., Heightmaps]
+
+TABLE, COVER, TARGET = (240, 236, 230), (158, 154, 144), (222, 36, 30)
+CAMERA_HEIGHT = 0.8
+# Straight above the workspace's centre, image x along base -y, image y along base -x.
+CAMERA = Camera(
+    320,
+    240,
+    np.array([[300.0, 0, 159.5], [0, 300.0, 119.5], [0, 0, 1]]),
+    np.array([[0.0, -1, 0, 0.54], [-1, 0, 0, 0], [0, 0, -1, CAMERA_HEIGHT], [0, 0, 0, 1]]),
+)
+
+
+class TableRobot:
+    """A robot whose first push uncovers the target and whose grasps take what lies under the fingers."""
+
+    def __init__(self) -> None:
+        self.covered = True
+        self.target_there = True
+        self.holding = False
+        self.grasps_fail = 0
+        self.decoy_first = False
+        self.commands: list[gi.MotionCommand] = []
+        self.stopped: list[str] = []
+        self.status: gi.MotionStatus = gi.COMPLETED
+
+    def observe(self) -> RgbdFrame:
+        color = np.full((CAMERA.height, CAMERA.width, 3), TABLE, np.uint8)
+        depth = np.full((CAMERA.height, CAMERA.width), CAMERA_HEIGHT, np.float32)
+        if self.target_there:
+            color[110:130, 150:170], depth[110:130, 150:170] = TARGET, CAMERA_HEIGHT - 0.05
+        cover = slice(95, 145) if self.covered else slice(150, 200)
+        color[cover, 135:185], depth[cover, 135:185] = COVER, CAMERA_HEIGHT - 0.08
+        return RgbdFrame(time.time_ns(), color, depth, CAMERA)
+
+    def execute(self, command: gi.MotionCommand) -> gi.MotionOutcome:
+        self.commands.append(command)
+        if command.kind == gi.PUSH:
+            self.covered = False
+        elif command.kind == gi.PLACE:
+            self.holding = False
+        elif command.kind == gi.GRASP:
+            self._grasp()
+        now = to_timestamp(time.time_ns())
+        return gi.MotionOutcome(
+            command_id=command.id, started=now, ended=now, status=self.status, detail="done", holding=self.holding
+        )
+
+    def _grasp(self) -> None:
+        if self.decoy_first:
+            self.decoy_first, self.holding = False, True  # something, but the target stays where it is
+        elif self.grasps_fail:
+            self.grasps_fail -= 1
+        else:
+            self.holding, self.target_there = True, False
+
+    def stop(self, reason: str) -> None:
+        self.stopped.append(reason)
+
+    def close(self) -> None:
+        pass
+
+
+class ColorModels:
+    """Red is class 1; a grasp is good where the target is; a push is good everywhere."""
+
+    def segment(self, color: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        return (color == np.array(TARGET)).all(axis=2).astype(np.uint8)
+
+    def q_maps(self, maps: Heightmaps, mask: NDArray[np.bool_]) -> QMaps:
+        cells = mask.reshape(ACTION_CELLS, 2, ACTION_CELLS, 2).any(axis=(1, 3)).astype(np.float32)
+        grasp = np.repeat(cells[None], ROTATIONS, axis=0)
+        return QMaps(push=np.full_like(grasp, 0.3), grasp=grasp)
+
+    def grasp_probability(self, features: NDArray[np.float32]) -> float:
+        return 0.9
+
+
+@pytest.fixture
+def table_robot() -> TableRobot:
+    return TableRobot()
+
+
+@pytest.fixture
+def color_models() -> ColorModels:
+    return ColorModels()
+
+
+@pytest.fixture
+def free_endpoint() -> str:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
 
 
 @pytest.fixture
