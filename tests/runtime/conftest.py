@@ -89,8 +89,8 @@ class ColorModels:
         return (color == np.array(TARGET)).all(axis=2).astype(np.uint8)
 
     def q_maps(self, maps: Heightmaps, mask: NDArray[np.bool_]) -> QMaps:
-        cells = mask.reshape(ACTION_CELLS, 2, ACTION_CELLS, 2).any(axis=(1, 3)).astype(np.float32)
-        grasp = np.repeat(cells[None], ROTATIONS, axis=0)
+        cells = mask.reshape(ACTION_CELLS, 2, ACTION_CELLS, 2).max(axis=(1, 3))
+        grasp = np.tile(cells, (ROTATIONS, 1, 1)).astype(np.float32)
         return QMaps(push=np.full_like(grasp, 0.3), grasp=grasp)
 
     def grasp_probability(self, features: NDArray[np.float32]) -> float:

@@ -1,6 +1,5 @@
 """Both sides of the protocol, over a real zenoh session on loopback, with a small robot that does not move."""
 
-import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -26,12 +25,6 @@ from grasping_invisible.runtime.robot_server import RobotServer
 INTRINSICS = np.array([[60.0, 0, 31.5], [0, 60.0, 23.5], [0, 0, 1]])
 BASE_FROM_CAMERA = np.array([[0.0, -1, 0, 0.9], [-1, 0, 0, 0.1], [0, 0, -1, 0.7], [0, 0, 0, 1]])
 QUICK = LinkSettings(connect_seconds=2.0, silence_seconds=0.5, reply_seconds=0.5, motion_seconds=3.0, frame_seconds=1.0)
-
-
-def endpoint() -> str:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
 
 
 class StillRobot:
@@ -81,8 +74,8 @@ class StillRobot:
 class Side:
     """The robot's process, as a thread."""
 
-    def __init__(self) -> None:
-        self.endpoint = endpoint()
+    def __init__(self, endpoint: str) -> None:
+        self.endpoint = endpoint
         self.driver = StillRobot()
         self.server = RobotServer(self.endpoint, self.driver)
         self.says_outcome = True
@@ -114,8 +107,8 @@ class Side:
 
 
 @pytest.fixture
-def side() -> Iterator[Side]:
-    side = Side()
+def side(free_endpoint: str) -> Iterator[Side]:
+    side = Side(free_endpoint)
     yield side
     side.close()
 
@@ -197,20 +190,18 @@ def test_a_robot_at_fault_is_not_waited_for(side: Side) -> None:
         robot.observe()
 
 
-def test_nobody_there_is_a_link_error() -> None:
-    nobody = endpoint()
+def test_nobody_there_is_a_link_error(free_endpoint: str) -> None:
     started = time.monotonic()
     with pytest.raises(LinkError, match="nothing answers"):
-        ZenohRobot(nobody, Bus(), LinkSettings(connect_seconds=0.3), "run")
+        ZenohRobot(free_endpoint, Bus(), LinkSettings(connect_seconds=0.3), "run")
     assert time.monotonic() - started < 1.5
 
 
-def test_a_listener_that_is_no_robot_is_a_link_error() -> None:
-    where = endpoint()
-    session = zenoh_session.listen(where)
+def test_a_listener_that_is_no_robot_is_a_link_error(free_endpoint: str) -> None:
+    session = zenoh_session.listen(free_endpoint)
     try:
         with pytest.raises(LinkError, match="no robot is heard"):
-            ZenohRobot(where, Bus(), LinkSettings(connect_seconds=0.3), "run")
+            ZenohRobot(free_endpoint, Bus(), LinkSettings(connect_seconds=0.3), "run")
     finally:
         zenoh_session.close(session)
 

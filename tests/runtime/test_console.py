@@ -1,0 +1,36 @@
+import io
+from typing import Any
+
+from grasping_invisible.data.topics import CONSOLE, Topic
+from grasping_invisible.runtime.bus import Bus
+from grasping_invisible.runtime.console import RunConsole
+from grasping_invisible.runtime.decision import DecisionSettings
+from grasping_invisible.runtime.loop import RunPlan, run_loop
+
+
+def test_a_person_sees_motion_place_reason_values_and_times(table_robot: Any, color_models: Any) -> None:
+    stream = io.StringIO()
+    said: list[str] = []
+
+    def sink(topic: Topic, payload: bytes, time_ns: int) -> None:
+        assert topic is CONSOLE
+        said.append(CONSOLE.message.FromString(payload).message)  # pyright: ignore[reportAttributeAccessIssue]
+
+    console = RunConsole(stream, Bus(sinks=(sink,)))
+    run_loop(table_robot, color_models, DecisionSettings("red"), RunPlan(), (console,))
+    text = stream.getvalue()
+    for piece in (
+        "1  push",
+        "2  grasp",
+        "yaw",
+        "explorer",
+        "coordinator",
+        "q_g",
+        "r_b",
+        "p_grasp 0.90",
+        "critic",
+        " ms",
+    ):
+        assert piece in text
+    assert "the target is in the gripper" in text
+    assert text.splitlines() == said
