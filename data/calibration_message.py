@@ -9,9 +9,7 @@ from grasping_invisible.data.errors import BadMessage
 from grasping_invisible.data.images import CAMERA_FRAME
 
 
-def encode_calibration(
-    intrinsics: NDArray[np.float64], width: int, height: int, stamp_ns: int
-) -> CameraCalibration:
+def encode_calibration(intrinsics: NDArray[np.float64], width: int, height: int, stamp_ns: int) -> CameraCalibration:
     """`intrinsics`: 3 x 3, pixels, of an image without distortion."""
     projection = np.hstack([intrinsics, np.zeros((3, 1))])
     return CameraCalibration(
