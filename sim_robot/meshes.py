@@ -20,12 +20,13 @@ from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.sim_robot.blocks import Solid, mass_properties
 
 ENDINGS = (".obj", ".stl")
-SMALLEST, LARGEST = 0.003, 0.4  # metres, of a mesh's longest side
+SMALLEST, LARGEST = 0.005, 0.4  # metres, of a mesh's longest side
+THINNEST = 0.001  # metres, of its shortest side
 MAX_FACES = 200_000
 CONVEX_TOLERANCE = 0.005  # of the longest side: how far a vertex may lie outside a face's plane
 # Bullet rounds a convex hull outwards by this many metres, so its hull is made that much smaller.
 HULL_MARGIN = 0.001
-VHACD_TIMEOUT = 300  # seconds
+VHACD_TIMEOUT = 120  # seconds
 
 # In a process of its own, because V-HACD writes pages of progress to stdout.
 _VHACD = """
@@ -94,7 +95,8 @@ def _load_solid(path: str, scale: float, changed: int) -> Solid:
     if mesh.is_watertight and mesh.volume < 0:
         mesh.invert()
     pieces = (mesh,) if mesh.is_watertight and _is_convex(mesh) else _convex_pieces(path, mesh)
-    volume, center = mass_properties(list(pieces))
+    # V-HACD's pieces are rounded outwards by a voxel, so where the mesh itself has a volume, that one counts.
+    volume, center = mass_properties([mesh] if mesh.is_watertight else list(pieces))
     if volume < 1e-9:
         raise BadInput(f"mesh {path} encloses no volume")
     size = tuple(float(extent) for extent in mesh.extents)
@@ -120,6 +122,8 @@ def _load_mesh(path: str, scale: float) -> trimesh.Trimesh:
         raise BadInput(
             f"mesh {path} is {longest:.4g} m long, not {SMALLEST} to {LARGEST} m: set scale in the scene file"
         )
+    if float(mesh.extents.min()) < THINNEST:
+        raise BadInput(f"mesh {path} is flat: it must be a closed surface at least {THINNEST} m thick")
     return mesh
 
 
@@ -141,11 +145,29 @@ def _convex_pieces(path: str, mesh: trimesh.Trimesh) -> tuple[trimesh.Trimesh, .
     cached = cache_folder() / f"pieces-{digest[:32]}.obj"
     if not cached.exists():
         _run_vhacd(path, mesh, cached)
-    loaded = trimesh.load_scene(cached, process=False, split_object=True, group_material=False)
-    pieces = tuple(part for part in loaded.geometry.values() if isinstance(part, trimesh.Trimesh))
+    pieces = _read_groups(cached)
     if not pieces:
         raise BadInput(f"mesh {path} could not be cut into convex pieces")
     return pieces
+
+
+def _read_groups(path: Path) -> tuple[trimesh.Trimesh, ...]:
+    """The groups of V-HACD's OBJ file, whose faces count vertices through the whole file."""
+    vertices: list[list[float]] = []
+    groups: list[list[list[int]]] = []
+    for line in path.read_text(encoding="ascii").splitlines():
+        match line.split():
+            case ["o", *_]:
+                groups.append([])
+            case ["v", *values]:
+                vertices.append([float(value) for value in values])
+            case ["f", *corners]:
+                groups[-1].append([int(corner) - 1 for corner in corners])
+    pieces = []
+    for faces in groups:
+        used, corners = np.unique(faces, return_inverse=True)
+        pieces.append(trimesh.Trimesh(np.array(vertices)[used], corners.reshape(-1, 3), process=False))
+    return tuple(pieces)
 
 
 def _run_vhacd(path: str, mesh: trimesh.Trimesh, result: Path) -> None:

@@ -121,9 +121,9 @@ def save_scene(scene: Scene, path: str | Path) -> None:
     """Write a scene file; meshes are written relative to its folder."""
     path = Path(path)
     lines = [
-        f"name = {json.dumps(scene.name)}",
-        f"task = {json.dumps(scene.task)}",
-        f"target = {json.dumps(scene.target)}",
+        f"name = {_toml(scene.name)}",
+        f"task = {_toml(scene.task)}",
+        f"target = {_toml(scene.target)}",
         f"max_motions = {scene.max_motions}",
     ]
     if scene.clusters is not None:
@@ -168,8 +168,12 @@ def _object_lines(item: SceneObject, folder: Path) -> list[str]:
     if item.quaternion_xyzw is not None:
         fields.append(("quaternion_xyzw", list(item.quaternion_xyzw)))
     fields += [("yaw", item.yaw), ("mass", item.mass), ("friction", item.friction)]
-    # A JSON string, number or array of numbers is also a TOML one.
-    return [f"{name} = {json.dumps(value)}" for name, value in fields if value is not None]
+    return [f"{name} = {_toml(value)}" for name, value in fields if value is not None]
+
+
+def _toml(value: object) -> str:
+    """A string, number or array of numbers as TOML, which writes them as JSON does but for one control character."""
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def _check_what(item: SceneObject) -> None:

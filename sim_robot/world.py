@@ -122,8 +122,8 @@ class World:
     def wake(self) -> None:
         """Let gravity and contact act on objects that lie still again.
 
-        Bullet puts a pile to sleep after two still seconds, which makes it nearly free to simulate, and wakes it when
-        something touches it. Call this after changing the world in any other way, such as restoring a saved state.
+        `settle` puts a pile that has come to rest to sleep, which makes it nearly free to simulate, and a touch wakes
+        it. Call this after changing the world in any other way, such as restoring a saved state.
         """
         for body in self._objects.values():
             p.changeDynamics(body.id, -1, activationState=p.ACTIVATION_STATE_WAKE_UP, physicsClientId=self.client)

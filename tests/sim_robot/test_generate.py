@@ -1,0 +1,61 @@
+import math
+
+import pytest
+
+from grasping_invisible.data.classes import GREY
+from grasping_invisible.runtime.errors import BadInput
+from grasping_invisible.sim_robot.camera import default_camera, render
+from grasping_invisible.sim_robot.generate import REACH, STYLES, generate_scene
+from grasping_invisible.sim_robot.scene import load_scene, save_scene
+from grasping_invisible.sim_robot.world import World
+
+
+@pytest.mark.parametrize("style", STYLES)
+def test_generated_scenes_are_whole_settled_and_inside(style, tmp_path):
+    for seed in range(2):
+        scene = generate_scene(seed, style, targets=2, basics=6)
+        colors = [item.color for item in scene.objects]
+        assert colors.count(GREY) == 6
+        assert colors[0] == scene.target
+        assert len({color for color in colors if color != GREY}) == 2
+        assert all(max(abs(item.position[0]), abs(item.position[1])) <= REACH for item in scene.objects)
+        save_scene(scene, tmp_path / "scene.toml")
+        world = World(load_scene(tmp_path / "scene.toml"), None)
+        before = world.object_states()
+        world.settle()
+        after = world.object_states()
+        assert max(math.dist(a.position, b.position) for a, b in zip(before, after, strict=True)) < 0.003
+        assert world.deepest_overlap() < 0.001
+        world.close()
+
+
+@pytest.mark.parametrize("style", STYLES)
+def test_a_seed_says_all(style):
+    assert generate_scene(3, style, basics=6) == generate_scene(3, style, basics=6)
+    assert generate_scene(3, style, basics=6).objects != generate_scene(4, style, basics=6).objects
+
+
+def test_covered_targets_cannot_be_seen():
+    for seed in range(2):
+        scene = generate_scene(seed, "covered", basics=7)
+        assert scene.task == "exploration"
+        world = World(scene, None)
+        seen = render(world.client, default_camera()).bodies
+        assert (seen == world.bodies[world.target_names[0]]).sum() < 60
+        assert (seen == world.bodies["01_grey_" + scene.objects[1].kind]).sum() > 60
+        world.close()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ({"style": "heaped"}, "unknown style 'heaped'; known: scattered, packed, stacked, covered"),
+        ({"targets": 0}, "targets must lie within 1 and 7"),
+        ({"targets": 8}, "targets must lie within 1 and 7"),
+        ({"basics": -1}, "basics"),
+        ({"style": "covered", "basics": 2}, "basics of a covered scene must lie within 5"),
+    ],
+)
+def test_counts_that_make_no_sense(arguments, says):
+    with pytest.raises(BadInput, match=says):
+        generate_scene(0, **arguments)
