@@ -1,4 +1,6 @@
 import math
+import re
+from pathlib import Path
 
 import msgspec
 import pytest
@@ -8,6 +10,7 @@ from hypothesis import strategies as st
 from grasping_invisible.data.classes import TARGET_COLORS
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.sim_robot.blocks import BLOCKS
+from grasping_invisible.sim_robot.bodies import DENSITY
 from grasping_invisible.sim_robot.scene import COLORS, Scene, SceneObject, load_scene, save_scene, scene_names
 
 GOOD = """
@@ -73,6 +76,17 @@ def test_meshes_are_relative_to_the_scene_file(tmp_path):
     assert 'mesh = "../meshes/mug.stl"' in path.read_text()
     assert load_scene(path).objects[0].mesh == mug
     assert load_scene(path).objects[0].kind == "mug"
+
+
+def test_the_documented_file_is_one(tmp_path):
+    document = (Path(__file__).parents[2] / "docs" / "scenes.md").read_text()
+    (example,) = re.findall(r"```toml\n(.*?)```", document, re.DOTALL)
+    (tmp_path / "example.toml").write_text(example)
+    scene = load_scene(tmp_path / "example.toml")
+    assert [item.kind for item in scene.objects] == ["arch", "mug"]
+    for name, solid in BLOCKS.items():
+        assert f"| `{name}` |" in document
+        assert f"{round(1000 * DENSITY * solid.volume + 1e-6)} g" in document
 
 
 def test_yaw_and_quaternion_mean_the_same():
