@@ -1,0 +1,123 @@
+"""Measuring a bundle: many seeded runs of a suite of scenes, by the robot's own loop, judged by ground truth."""
+
+import signal
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+
+import cv2
+import msgspec
+
+from grasping_invisible.runtime.bundle import load_bundle
+from grasping_invisible.runtime.decision import DecisionSettings
+from grasping_invisible.runtime.errors import BadInput, RobotError
+from grasping_invisible.runtime.loop import Goal, RunPlan, RunProgress, run_loop
+from grasping_invisible.runtime.perception import MIN_TARGET_PIXELS
+from grasping_invisible.sim_robot.robot import SimRobot
+from grasping_invisible.sim_robot.scene import load_scene, scene_names
+
+INVISIBLE_MOTIONS = 15
+SUITES = ("exploration", "coordination", "invisible")
+SEEDS_APART = 1000  # between the first seeds of two evaluations: no run is in both
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One run to make: a scene's name or file, its seed, what counts, and how many motions it may take."""
+
+    scene: str
+    seed: int
+    goal: Goal
+    max_motions: int
+
+
+class TrialResult(msgspec.Struct, frozen=True):
+    """What came of a run.
+
+    `success`: the goal was reached, and for a grasp ground truth agrees. `judged`: the runtime thinks so.
+    `found_truth`: ground truth shows the target at the end. `failure`: why the run was cut short, if it was.
+    """
+
+    scene: str
+    seed: int
+    success: bool
+    judged: bool
+    found: bool
+    found_truth: bool
+    motions: int
+    decision_ms: tuple[float, ...]
+    failure: str | None = None
+
+
+def trials_of(suite: str, runs: int, seed: int) -> list[Trial]:
+    """The runs of a suite, `runs` of each scene, or of a scene file, or of all in a folder. Raises `BadInput`."""
+    seeds = range(seed * SEEDS_APART, seed * SEEDS_APART + runs)
+    return [
+        Trial(name, run_seed, goal, max_motions) for name, goal, max_motions in _scenes_of(suite) for run_seed in seeds
+    ]
+
+
+def _scenes_of(suite: str) -> list[tuple[str, Goal, int]]:
+    if suite == "invisible":
+        return [(name, Goal.GRASP, INVISIBLE_MOTIONS) for name in scene_names() if name.startswith("exploration")]
+    if suite in SUITES:
+        names = [name for name in scene_names() if name.startswith(suite)]
+    elif Path(suite).is_dir():
+        names = sorted(str(path) for path in Path(suite).glob("*.toml"))
+    elif Path(suite).is_file():
+        names = [suite]
+    else:
+        raise BadInput(f"unknown suite {suite!r}; known: {', '.join(SUITES)}, or a scene file or a folder of them")
+    if not names:
+        raise BadInput(f"suite {suite} holds no scene files (*.toml)")
+    scenes = [(name, load_scene(name)) for name in names]
+    return [
+        (name, Goal.FIND if scene.task == "exploration" else Goal.GRASP, scene.max_motions) for name, scene in scenes
+    ]
+
+
+def run_trials(
+    trials: Sequence[Trial], models: Path | None, exploration: str, coordination: str, workers: int
+) -> Iterator[TrialResult]:
+    """Make the runs in `workers` processes; yields each result when it is there, in no particular order."""
+    run = partial(run_trial, models=models, exploration=exploration, coordination=coordination)
+    # Spawned: a fork would share PyBullet's and ONNX Runtime's threads. Leaving the pool ends its processes.
+    with get_context("spawn").Pool(workers, initializer=_prepare_worker) as pool:
+        yield from pool.imap_unordered(run, trials)
+
+
+def run_trial(trial: Trial, models: Path | None, exploration: str, coordination: str) -> TrialResult:
+    """Make one run in this process."""
+    bundle = load_bundle(models, threads=1)
+    scene = load_scene(trial.scene)
+    robot = SimRobot(scene, trial.seed)
+    progress, failure = RunProgress(), None
+    try:
+        settings = DecisionSettings(scene.target, robot.workspace, exploration, coordination)
+        plan = RunPlan(seed=trial.seed, max_motions=trial.max_motions, goal=trial.goal)
+        run_loop(robot, bundle, settings, plan, (), progress)
+        truth = robot.truth()
+    except RobotError as error:
+        failure, truth = str(error), robot.truth()
+    finally:
+        robot.close()
+    targets = {item.name: item.visible_pixels for item in truth.objects if item.color == scene.target}
+    judged = progress.found if trial.goal is Goal.FIND else progress.grasped
+    return TrialResult(
+        scene=scene.name,
+        seed=trial.seed,
+        success=judged and (trial.goal is Goal.FIND or truth.held_object in targets),
+        judged=judged,
+        found=progress.found,
+        found_truth=sum(targets.values()) >= MIN_TARGET_PIXELS,
+        motions=progress.motions,
+        decision_ms=tuple(progress.decision_ms),
+        failure=failure,
+    )
+
+
+def _prepare_worker() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the parent, which ends its workers
+    cv2.setNumThreads(1)
