@@ -1,6 +1,8 @@
 """`gi-log`: look at logs, check them and recover what a crash left.
 
-Exit codes: 0 fine, 1 a check found something, 2 bad usage or input, 130 interrupted.
+Other packages add commands of their own: see `grasping_invisible.data.extensions`.
+
+Exit codes: 0 fine, 1 a check found something or a replay differs, 2 bad usage or input, 130 interrupted.
 """
 
 import argparse
@@ -8,8 +10,9 @@ import os
 import sys
 from collections.abc import Sequence
 
-from grasping_invisible.data.errors import DataError
-from grasping_invisible.data.log_commands import check, frames, info, ls, recover, show
+from grasping_invisible.data.errors import BadRequest, DataError
+from grasping_invisible.data.extensions import LOG_COMMANDS, Extension, extensions
+from grasping_invisible.data.log_commands import check, frames, info, ls, recover, report, show
 
 EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130
@@ -17,7 +20,8 @@ EXIT_INTERRUPTED = 130
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one subcommand and return its exit code."""
-    parsed = _parser().parse_args(arguments)
+    asked = list(sys.argv[1:] if arguments is None else arguments)
+    parsed = _parser(asked).parse_args(asked)
     try:
         code = parsed.run(parsed)
         sys.stdout.flush()
@@ -34,16 +38,34 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(asked: list[str]) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="gi-log",
         description="Look at logs, check them and recover what a crash left.",
-        epilog="exit codes: 0 fine, 1 a check found something, 2 bad usage or input, 130 interrupted",
+        epilog="exit codes: 0 fine, 1 a check found something or a replay differs, 2 bad usage or input, "
+        "130 interrupted",
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for command in (info, ls, show, frames, check, recover):
+    for command in (info, ls, show, frames, check, recover, report):
         command.register(commands)
+    if not asked or asked[0] not in commands.choices:  # what a command needs is loaded only if it may be the one
+        for extension in extensions(LOG_COMMANDS):
+            _register(extension, commands)
     return parser
+
+
+def _register(extension: Extension, commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add a command of another package, or one that says why it cannot be used."""
+    if not extension.failure:
+        extension.loaded.register(commands)
+        return
+
+    def refuse(_: argparse.Namespace) -> int:
+        raise BadRequest(f"{extension.name} cannot be used here: {extension.failure}")
+
+    parser = commands.add_parser(extension.name, help="cannot be used here", add_help=False)
+    parser.add_argument("rest", nargs="*", help=argparse.SUPPRESS)
+    parser.set_defaults(run=refuse)
 
 
 def _refuse(reason: str) -> int:

@@ -64,17 +64,24 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 def load_config(path: Path) -> Config:
     """Read a config file. Raises `BadInput` naming the file, the key, and the keys there are."""
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         raise BadInput(f"config {path} cannot be read: {reason}") from error
+    return parse_config(text, f"config {path}")
+
+
+def parse_config(text: str, origin: str) -> Config:
+    """The config that a TOML text says. Raises `BadInput` that begins with `origin`, such as the file's name."""
+    try:
+        table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise BadInput(f"config {path} is not TOML: {error}") from error
-    _refuse_unknown(table, path)
+        raise BadInput(f"{origin} is not TOML: {error}") from error
+    _refuse_unknown(table, origin)
     try:
         return msgspec.convert(table, Config)
     except msgspec.ValidationError as error:
-        raise BadInput(f"config {path}: {error}") from error
+        raise BadInput(f"{origin}: {error}") from error
 
 
 def to_toml(config: Config) -> str:
@@ -90,13 +97,13 @@ def to_toml(config: Config) -> str:
     return "\n".join(lines)
 
 
-def _refuse_unknown(table: dict[str, Any], path: Path) -> None:
+def _refuse_unknown(table: dict[str, Any], origin: str) -> None:
     """msgspec names the unknown key, but not those that are known."""
     sections = {field.name: field.type for field in msgspec.structs.fields(Config)}
     for section, values in table.items():
         if section not in sections:
-            raise BadInput(f"config {path}: unknown section [{section}]; known: {', '.join(sections)}")
+            raise BadInput(f"{origin}: unknown section [{section}]; known: {', '.join(sections)}")
         keys = [field.name for field in msgspec.structs.fields(sections[section])]
         for key in values if isinstance(values, dict) else ():
             if key not in keys:
-                raise BadInput(f"config {path}: unknown key {key!r} in [{section}]; known: {', '.join(keys)}")
+                raise BadInput(f"{origin}: unknown key {key!r} in [{section}]; known: {', '.join(keys)}")

@@ -117,7 +117,7 @@ def test_type_checkers_find_every_folder() -> None:
 
 
 def test_wheel_holds_the_data_files(wheel: Path) -> None:
-    kept = {".toml", ".proto", ".pyi", ".onnx", ".json", ".typed"}
+    kept = {".html", ".toml", ".proto", ".pyi", ".onnx", ".json", ".typed"}
     on_disk = {
         f"grasping_invisible/{path.relative_to(PROJECT)}"
         for folder in OUR_FOLDERS

@@ -12,7 +12,7 @@ from google.protobuf.message import Message
 from rich.text import Text
 
 from grasping_invisible.data import topics
-from grasping_invisible.data.classes import GREY, RGB, TARGET_COLORS
+from grasping_invisible.data.drawing import painted
 from grasping_invisible.data.errors import BadMessage
 from grasping_invisible.data.heightmap_message import decode_heightmaps
 from grasping_invisible.data.images import decode_depth, decode_labels
@@ -22,7 +22,6 @@ from grasping_invisible.data.log_storage import parts_of
 from grasping_invisible.data.png import encode_png
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 
-_PALETTE = np.array([RGB[name] for name in (GREY, *TARGET_COLORS)], np.uint8)
 # A file: what follows the log time and the kind in its name, and its bytes.
 _Files = Iterator[tuple[str, bytes]]
 
@@ -74,7 +73,7 @@ def _depth(message: Message) -> _Files:
 
 def _labels(message: Message) -> _Files:
     assert isinstance(message, CompressedImage)
-    yield ".png", encode_png(_painted(decode_labels(message)))
+    yield ".png", encode_png(painted(decode_labels(message)))
 
 
 def _heightmaps(message: Message) -> _Files:
@@ -82,12 +81,7 @@ def _heightmaps(message: Message) -> _Files:
     maps = decode_heightmaps(message)
     yield "_color.png", encode_png(maps.color)
     yield "_height.png", message.height_png
-    yield "_labels.png", encode_png(_painted(maps.labels))
-
-
-def _painted(labels: np.ndarray) -> np.ndarray:
-    """Class indices in the colours of their classes, RGB."""
-    return _PALETTE[np.minimum(labels, len(_PALETTE) - 1)]
+    yield "_labels.png", encode_png(painted(maps.labels))
 
 
 _KINDS: dict[str, tuple[topics.Topic, Callable[[Message], _Files]]] = {

@@ -10,7 +10,7 @@ from grasping_invisible.data.log_commands import wording
 from grasping_invisible.data.log_commands.output import console
 from grasping_invisible.data.log_summary import LogSummary, summarise
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
-from grasping_invisible.data.steps import LoggedStep, steps
+from grasping_invisible.data.steps import steps
 
 
 def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -27,7 +27,7 @@ def run(arguments: argparse.Namespace) -> int:
     out.print(Text(_opening(summary), "bold"))
     for step in steps(arguments.file):
         out.print(_decided(step.decision))
-        out.print(Text(f"     {_came_of(step)}", "dim"))
+        out.print(Text(f"     {wording.came_of(step)}", "dim"))
     out.print(Text(_ending(summary), "bold"))
     return 0
 
@@ -55,25 +55,6 @@ def _decided(decision: gi.Decision) -> Text:
     if decision.why:
         line.append(f"\n     {decision.why}")
     return line
-
-
-def _came_of(step: LoggedStep) -> str:
-    outcome, result = step.outcome, step.result
-    if result is not None and result.detail:
-        return result.detail
-    if outcome is None:
-        return "no outcome in the log"
-    said = [wording.status(outcome.status), outcome.detail, *(_judged(result) if result is not None else [])]
-    return ", ".join(word for word in said if word)
-
-
-def _judged(result: gi.StepResult) -> list[str]:
-    changed = "the scene changed" if result.scene_changed else "nothing moved"
-    if result.target_grasped:
-        return [changed, "target grasped"]
-    if result.object_grasped:
-        return [changed, "grasped something else"]
-    return [changed, "target in view"] if result.target_visible else [changed]
 
 
 def _ending(summary: LogSummary) -> str:

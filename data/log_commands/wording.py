@@ -4,6 +4,7 @@ import math
 from datetime import UTC, datetime
 
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.data.steps import LoggedStep
 
 
 def when(stamp_ns: int) -> str:
@@ -44,3 +45,23 @@ def status(outcome: gi.MotionStatus) -> str:
 def degrees(radians: float) -> str:
     """An angle, rounded to half a degree."""
     return f"{round(math.degrees(radians) * 2) / 2:g}°" if math.isfinite(radians) else "?"
+
+
+def came_of(step: LoggedStep) -> str:
+    """What the motion of a step led to, in one line."""
+    outcome, result = step.outcome, step.result
+    if result is not None and result.detail:
+        return result.detail
+    if outcome is None:
+        return "no outcome in the log"
+    said = [status(outcome.status), outcome.detail, *(_judged(result) if result is not None else [])]
+    return ", ".join(word for word in said if word)
+
+
+def _judged(result: gi.StepResult) -> list[str]:
+    changed = "the scene changed" if result.scene_changed else "nothing moved"
+    if result.target_grasped:
+        return [changed, "target grasped"]
+    if result.object_grasped:
+        return [changed, "grasped something else"]
+    return [changed, "target in view"] if result.target_visible else [changed]

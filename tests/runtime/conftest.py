@@ -3,19 +3,40 @@
 import socket
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
+from google.protobuf.message import Message
 from numpy.typing import NDArray
 
+from grasping_invisible.data.calibration_message import encode_calibration
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.data.clock import to_timestamp
+from grasping_invisible.data.images import CAMERA_FRAME, encode_color, encode_depth
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.data.recorder import Recorder, RecordingSettings
+from grasping_invisible.data.topics import (
+    CAMERA_INFO,
+    COLOR_IMAGE,
+    COMMAND,
+    DEPTH_IMAGE,
+    OUTCOME,
+    TRANSFORMS,
+    Topic,
+)
+from grasping_invisible.data.transform_message import encode_transforms
+from grasping_invisible.runtime.bus import Bus
+from grasping_invisible.runtime.config import Config, to_toml
 from grasping_invisible.runtime.critic import QMaps
+from grasping_invisible.runtime.decision import DecisionSettings
 from grasping_invisible.runtime.frame import Camera, RgbdFrame
+from grasping_invisible.runtime.frame_sets import FrameParts
 from grasping_invisible.runtime.heightmap import Heightmaps
+from grasping_invisible.runtime.loop import RunPlan, run_loop
 from grasping_invisible.runtime.perception import Perception
 from grasping_invisible.runtime.rotation import ACTION_CELLS
+from grasping_invisible.runtime.run_log import RunFacts, RunLog
 from grasping_invisible.runtime.workspace import ROTATIONS, Workspace
 
 Block = tuple[float, float, float, float, str]  # x, y of its middle, side, top: metres; colour
@@ -23,6 +44,7 @@ TableWith = Callable[..., Heightmaps]
 
 TABLE, COVER, TARGET = (240, 236, 230), (158, 154, 144), (222, 36, 30)
 CAMERA_HEIGHT = 0.8
+CAMERA_TOPICS = COLOR_IMAGE, DEPTH_IMAGE, CAMERA_INFO, TRANSFORMS
 # Straight above the workspace's centre, image x along base -y, image y along base -x.
 CAMERA = Camera(
     320,
@@ -95,6 +117,46 @@ class ColorModels:
 
     def grasp_probability(self, features: NDArray[np.float32]) -> float:
         return 0.9
+
+
+class RecordedRobot(TableRobot):
+    """Like a robot on the link: what the runtime sees is what travelled, and that is recorded."""
+
+    def __init__(self, record: Callable[[Topic, Message], object]) -> None:
+        super().__init__()
+        self._record = record
+
+    def observe(self) -> RgbdFrame:
+        frame = super().observe()
+        stamp, camera = frame.stamp_ns, frame.camera
+        parts = FrameParts(
+            encode_color(frame.color, stamp),
+            encode_depth(frame.depth, stamp),
+            encode_calibration(camera.intrinsics, camera.width, camera.height, stamp),
+            encode_transforms({CAMERA_FRAME: camera.base_from_camera}, stamp),
+        )
+        for topic, message in zip(CAMERA_TOPICS, vars(parts).values(), strict=True):
+            self._record(topic, message)
+        return parts.decode()
+
+    def execute(self, command: gi.MotionCommand) -> gi.MotionOutcome:
+        self._record(COMMAND, command)
+        outcome = super().execute(command)
+        self._record(OUTCOME, outcome)
+        return outcome
+
+
+@pytest.fixture
+def recorded_run(tmp_path: Path, color_models: ColorModels) -> Path:
+    """The log of a whole run with that robot: a push that uncovers the red target, and its grasp."""
+    path = tmp_path / "run.mcap"
+    with Recorder(path, RecordingSettings(flush_seconds=0.0)) as recorder:
+        bus = Bus(sinks=(recorder,))
+        log = RunLog(bus, "red")
+        log.started(RunFacts("r", "0", "b" * 64, "1", "red", "table", 3, 5, to_toml(Config()), "here"))
+        progress = run_loop(RecordedRobot(bus.publish), color_models, DecisionSettings("red"), RunPlan(seed=3), (log,))
+        log.ended("r", progress, "grasped", 0)
+    return path
 
 
 @pytest.fixture

@@ -1,0 +1,52 @@
+"""Camera messages out of a log, put together by their stamp."""
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from google.protobuf.message import Message
+
+from grasping_invisible.data.clock import to_ns
+from grasping_invisible.data.log_reader import read_messages
+from grasping_invisible.data.log_storage import parts_of
+from grasping_invisible.data.topics import Topic
+
+
+@dataclass(frozen=True)
+class LoggedFrame:
+    """What a log holds of one camera frame: messages by topic key."""
+
+    stamp_ns: int
+    messages: dict[str, Message] = field(default_factory=dict)
+
+
+def camera_frames(path: Path, stamps: Collection[int], topics: Collection[Topic]) -> Iterator[LoggedFrame]:
+    """The frames with the given stamps, over all parts of the log that begins at `path`.
+
+    Each comes as soon as all of `topics` are there, those that lack some at the end; of a frame that the log does not
+    hold at all nothing comes. Only frames still incomplete are held. Raises `BadLog`.
+    """
+    keys = {topic.key for topic in topics}
+    wanted = set(stamps)
+    incomplete: dict[int, LoggedFrame] = {}
+    for part in parts_of(path):
+        if not wanted:
+            break
+        for logged in read_messages(part, keys):
+            stamp = _stamp_of(logged.message)
+            if stamp not in wanted:
+                continue
+            frame = incomplete.setdefault(stamp, LoggedFrame(stamp))
+            frame.messages[logged.topic] = logged.message
+            if len(frame.messages) == len(keys):
+                wanted.remove(stamp)
+                yield incomplete.pop(stamp)
+    yield from incomplete.values()
+
+
+def _stamp_of(message: Message) -> int | None:
+    transforms = getattr(message, "transforms", None)
+    if transforms is not None:  # a stamp for each transform, all the same
+        return to_ns(transforms[0].timestamp) if transforms else None
+    timestamp = getattr(message, "timestamp", None)
+    return None if timestamp is None else to_ns(timestamp)

@@ -1,0 +1,201 @@
+"""One step of a run as `gi-log report` shows it: words, numbers, and all the maps that it was decided from."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grasping_invisible.data import report_pictures as pictures
+from grasping_invisible.data.clock import to_ns
+from grasping_invisible.data.errors import BadMessage
+from grasping_invisible.data.extensions import REPORT_MAPS, extensions
+from grasping_invisible.data.heightmap_message import HeightmapArrays, decode_heightmaps
+from grasping_invisible.data.log_commands import wording
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.data.q_map_message import QMapArrays, decode_q_maps
+from grasping_invisible.data.report_pictures import Motion, Panel
+from grasping_invisible.data.steps import LoggedStep
+
+# Maps that another package can add to a step: stacks (rotations, R, C) by name, of which the last was decided from.
+MapMaker = Callable[[HeightmapArrays, QMapArrays, gi.Decision], Mapping[str, NDArray[np.float32]]]
+
+M = TypeVar("M")
+T = TypeVar("T")
+
+_PUSH_LENGTH = 0.10  # metres; for a decision whose command the log does not hold
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A stage of a decision: its time, and its share of the longest decision in percent."""
+
+    name: str
+    milliseconds: float
+    percent: float
+
+
+@dataclass(frozen=True)
+class Row:
+    """Panels that belong together."""
+
+    title: str
+    panels: list[Panel]
+    about: str = ""
+
+
+@dataclass
+class StepReport:
+    """One step as the template shows it."""
+
+    number: int
+    policy: str
+    motion: str
+    place: str
+    why: str
+    came_of: str
+    good: bool  # the target came to light or into the gripper
+    facts: list[tuple[str, str]]
+    total_ms: float
+    stages: list[Stage]
+    thumbnail: str = ""
+    camera: list[Panel] = field(default_factory=list)
+    rows: list[Row] = field(default_factory=list)
+    rotations: list[str] = field(default_factory=list)
+    rotations_of: str = ""
+    rotation: int = 0
+    missing: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class _MadeMaps:
+    """What another package adds to a step, or why it could not."""
+
+    stacks: Mapping[str, NDArray[np.float32]]
+    failure: str = ""
+
+
+def step_report(step: LoggedStep, target: str, cameras: dict[int, list[Panel]], longest: float) -> StepReport:
+    """Put together what the log holds of a step. `cameras`: by stamp. `longest`: of all decisions, ms."""
+    decision = step.decision
+    report = StepReport(
+        number=decision.step + 1,
+        policy=decision.policy or "unknown policy",
+        motion=wording.kind(decision.kind),
+        place=f"({decision.position.x:.3f}, {decision.position.y:.3f}) m at {wording.degrees(decision.yaw)}",
+        why=decision.why,
+        came_of=wording.came_of(step),
+        good=step.result is not None and (step.result.target_grasped or step.result.target_visible),
+        facts=_numbers(decision),
+        total_ms=total_ms(decision),
+        stages=_stages(decision, longest),
+        camera=cameras.get(to_ns(decision.frame_stamp), []),
+    )
+    if not report.camera:
+        report.missing.append("the camera image")
+    maps = decoded(step.heightmaps, decode_heightmaps)
+    if maps is None:
+        report.missing.append("heightmaps")
+        return report
+    motion = motion_of(step)
+    report.thumbnail = pictures.thumbnail(maps, motion)
+    report.rows.append(Row("From above", [*pictures.map_panels(maps, target, motion), *_after(step)]))
+    q_maps = decoded(step.q_maps, decode_q_maps)
+    if q_maps is None or decision.rotation >= len(q_maps.push):
+        report.missing.append("Q maps")
+        return report
+    _add_values(report, decision, maps, q_maps, motion)
+    return report
+
+
+def motion_of(step: LoggedStep) -> Motion:
+    """What is drawn of a step's decision."""
+    decision = step.decision
+    position = decision.position.x, decision.position.y, decision.position.z
+    length = step.command.length if step.command is not None else _PUSH_LENGTH
+    return Motion(decision.kind, position, decision.yaw, length)
+
+
+def total_ms(decision: gi.Decision) -> float:
+    """How long the decision took."""
+    return sum(stage.milliseconds for stage in decision.stages)
+
+
+def _add_values(
+    report: StepReport, decision: gi.Decision, maps: HeightmapArrays, q_maps: QMapArrays, motion: Motion
+) -> None:
+    """The rows of maps that the motion was chosen from."""
+    made = _made_maps(maps, q_maps, decision)
+    if made.failure:
+        report.missing.append(f"exploration maps ({made.failure})")
+    k = decision.rotation
+    by_q = not made.stacks
+    panels = []
+    for name, stack, kind in (("Push", q_maps.push, gi.PUSH), ("Grasp", q_maps.grasp, gi.GRASP)):
+        chosen = by_q and decision.kind == kind
+        panels.append(pictures.value_panel(f"{name} Q, best of {len(stack)}", stack, maps, motion))
+        panels.append(
+            pictures.value_panel(f"{name} Q, {wording.degrees(decision.yaw)}", stack, maps, motion, k, chosen=chosen)
+        )
+    report.rows.append(Row("Critic", panels, "what the critic expects of each motion; bright is good"))
+    chosen_from, name = (q_maps.push, "push Q") if decision.kind == gi.PUSH else (q_maps.grasp, "grasp Q")
+    if made.stacks:
+        *factors, last = made.stacks
+        panels = [pictures.value_panel(part.capitalize(), made.stacks[part], maps, motion, k) for part in factors]
+        panels.append(pictures.value_panel(last.capitalize(), made.stacks[last], maps, motion, k, chosen=True))
+        about = f"for pushes towards {wording.degrees(decision.yaw)}; not logged but made again from the maps above"
+        report.rows.append(Row("Explorer", panels, about))
+        chosen_from, name = made.stacks[last], last
+    report.rotations, report.rotations_of, report.rotation = pictures.rotation_strip(chosen_from, maps), name, k
+
+
+def _made_maps(maps: HeightmapArrays, q_maps: QMapArrays, decision: gi.Decision) -> _MadeMaps:
+    for extension in extensions(REPORT_MAPS):
+        if extension.failure:
+            return _MadeMaps({}, extension.failure)
+        try:
+            make: MapMaker = extension.loaded
+            if stacks := make(maps, q_maps, decision):
+                return _MadeMaps(stacks)
+        except Exception as error:  # another package's, and a log may hold maps of any size
+            return _MadeMaps({}, str(error))
+    return _MadeMaps({})
+
+
+def _after(step: LoggedStep) -> list[Panel]:
+    maps = decoded(step.next_heightmaps, decode_heightmaps)
+    return [] if maps is None else [pictures.after_panel(maps)]
+
+
+def _numbers(decision: gi.Decision) -> list[tuple[str, str]]:
+    asked = not math.isnan(decision.grasp_probability)
+    memory = decision.memory
+    return [
+        ("value", f"{decision.value:.3f}"),
+        ("best push, grasp", f"{decision.q_push:.3f}, {decision.q_grasp:.3f}"),
+        ("target", f"{decision.target_pixels} px" if decision.target_pixels else "not seen"),
+        ("border occupied", f"{decision.border_ratio:.0%}" if decision.target_pixels else "-"),
+        ("grasp would succeed", f"{decision.grasp_probability:.0%}" if asked else "not asked"),
+        ("remembered", f"{len(memory.failed_pushes)} failed pushes, {memory.consecutive_grasp_failures} failed grasps"),
+    ]
+
+
+def _stages(decision: gi.Decision, longest: float) -> list[Stage]:
+    return [
+        Stage(
+            stage.stage,
+            stage.milliseconds,
+            100.0 * stage.milliseconds / longest if longest > 0 else 0.0,
+        )
+        for stage in decision.stages
+    ]
+
+
+def decoded(message: M | None, decode: Callable[[M], T]) -> T | None:
+    """What a message holds; None where it is not there, or damaged."""
+    try:
+        return None if message is None else decode(message)
+    except BadMessage:
+        return None
