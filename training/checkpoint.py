@@ -41,7 +41,8 @@ def load_checkpoint(path: Path, kind: str) -> Checkpoint:
     try:
         checkpoint = Checkpoint(**torch.load(path, weights_only=True))
     except Exception as error:  # torch.load fails in as many ways as there are damaged files
-        raise BadInput(f"{path} is not a checkpoint: {str(error).splitlines()[0]}") from None
+        reason = (str(error) or type(error).__name__).splitlines()[0]
+        raise BadInput(f"{path} is not a checkpoint: {reason}") from None
     if checkpoint.kind != kind:
         raise BadInput(f"{path} holds a {checkpoint.kind}, not a {kind}")
     return checkpoint

@@ -24,8 +24,6 @@ from grasping_invisible.training.split import split
 from grasping_invisible.training.transitions import Transition
 
 BUFFER = 20_000  # most recent grasps that are kept
-# A grasp that the critic would not choose says little about the one it would: only grasps within this of q_g count.
-NEAR_BEST = 0.15
 WEIGHT_DECAY = 1e-3
 
 
@@ -60,7 +58,7 @@ def train_classifier(settings: ClassifierTraining, transitions: Sequence[Transit
     for part in (taught, held_out):
         if len(part) < 2 or part.grasped.all() or not part.grasped.any():
             raise BadInput(
-                f"{len(taught)} and {len(held_out)} grasps near the critic's best are too few to train and score with"
+                f"{len(taught)} and {len(held_out)} grasps aimed at the target are too few to train and score with"
             )
     torch.manual_seed(settings.seed)
     net = ClassifierNet()
@@ -86,17 +84,18 @@ def examples_of(transitions: Sequence[Transition], critic: CriticNet, console: C
     """What the classifier would have been asked before each grasp for the run's target, and the right answer.
 
     1 where the target was grasped, 0 where the grasp was aimed at it and failed; with today's critic's values.
+    The executed grasp stands for the best one, so that grasps chosen at random teach as well.
     """
     grasps = [item for item in transitions if item.aimed and not item.hindsight][-BUFFER:]
     features, grasped = [], []
     with bar("asking the critic", len(grasps), console) as advance:
         for item in grasps:
             q = q_maps(critic, item.before, item.mask)
-            push, grasp = best_values(q, item.before, item.mask)
-            if q.grasp[item.rotation, item.row, item.column] >= grasp - NEAR_BEST:
-                border = target_border(item.before.height, item.mask, item.before.workspace.resolution)
-                features.append(classifier_features(push, grasp, border, item.consecutive_grasp_failures))
-                grasped.append(item.success)
+            push, _ = best_values(q, item.before, item.mask)
+            grasp = float(q.grasp[item.rotation, item.row, item.column])
+            border = target_border(item.before.height, item.mask, item.before.workspace.resolution)
+            features.append(classifier_features(push, grasp, border, item.consecutive_grasp_failures))
+            grasped.append(item.success)
             advance()
     return Examples(np.array(features, np.float32).reshape(-1, 5), np.array(grasped, np.bool_))
 

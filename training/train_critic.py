@@ -9,6 +9,7 @@ import torch
 from rich.console import Console
 from torch.nn import functional
 
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.rewards import REWARD_VERSION
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.workspace import ROTATIONS
@@ -113,6 +114,8 @@ def value_next_states(
 ) -> None:
     """Write reward plus discounted value of the next state into `targets`, (T,).
 
+    Only pushes look ahead. A failed grasp mostly leaves the scene as it was: were the next state's value added to the
+    0.5 it earns for its aim, failing would be worth as much as succeeding, and the critic could not tell them apart.
     The network as it is now stays the target network until the next call. A state without the goal in view counts
     nothing. Values lie within 0 and 1: no sequence of motions earns more.
     """
@@ -122,7 +125,7 @@ def value_next_states(
     with bar("valuing next states", len(transitions), console) as advance:
         for index, transition in enumerate(transitions):
             after = transition.after
-            if after is not None:
+            if after is not None and transition.kind == gi.PUSH:
                 key = id(after), transition.goal
                 mask = after.labels == transition.goal
                 if key not in values and mask.any():

@@ -1,0 +1,57 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from rich.console import Console
+
+from grasping_invisible.runtime.errors import BadInput
+from grasping_invisible.training.session import Session
+
+STEPS = 40
+
+
+def fit(path: Path, stop_at: int | None = None) -> tuple[torch.nn.Linear, Session]:
+    """Fit a line; the memory counts in which steps it was touched."""
+    torch.manual_seed(0)
+    net = torch.nn.Linear(1, 1)
+    optimizer = torch.optim.AdamW(net.parameters(), 0.1)
+    touched = torch.zeros(STEPS)
+    session = Session("line", path, net, optimizer, 0.1, STEPS, {"touched": touched})
+
+    def loss(step: int) -> torch.Tensor:
+        if step == stop_at:
+            raise KeyboardInterrupt
+        touched[step] += 1
+        x = torch.from_numpy(np.random.default_rng(step).random((8, 1), np.float32))
+        return ((net(x) - 3 * x) ** 2).mean()
+
+    session.run(loss, Console(quiet=True))
+    return net, session
+
+
+def test_an_interrupted_run_ends_as_one_that_was_not(tmp_path: Path) -> None:
+    whole, _ = fit(tmp_path / "whole.pt")
+    with pytest.raises(KeyboardInterrupt):
+        fit(tmp_path / "parts.pt", stop_at=17)
+    resumed, session = fit(tmp_path / "parts.pt")
+    assert session.finished
+    assert torch.equal(whole.weight, resumed.weight)
+    assert torch.equal(session.memory["touched"], torch.ones(STEPS))
+
+
+def test_a_finished_run_takes_no_further_step(tmp_path: Path) -> None:
+    net, session = fit(tmp_path / "line.pt")
+    session.finish({"error": 0.1}, {"steps": STEPS})
+    again, session = fit(tmp_path / "line.pt", stop_at=0)
+    assert session.finished
+    assert torch.equal(net.weight, again.weight)
+
+
+def test_other_data_than_it_was_begun_on_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        fit(tmp_path / "line.pt", stop_at=3)
+    net = torch.nn.Linear(1, 1)
+    optimizer = torch.optim.AdamW(net.parameters(), 0.1)
+    with pytest.raises(BadInput, match="other data"):
+        Session("line", tmp_path / "line.pt", net, optimizer, 0.1, STEPS, {"touched": torch.zeros(7)})

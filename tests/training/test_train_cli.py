@@ -1,0 +1,67 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from grasping_invisible.training.cli import main
+from grasping_invisible.training.renders import HELD_OUT_SEEDS, load_pile, pile_path
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
+    """The one line that a refused command ends with."""
+    assert main([str(argument) for argument in arguments]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("gi-train: ")
+    assert error.count("\n") == 1
+    return error
+
+
+def test_bad_input_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    empty = tmp_path / "logs"
+    empty.mkdir()
+    out = ("--out", tmp_path / "checkpoints")
+    assert "no MCAP logs" in refusal(capsys, "critic", "--logs", empty, *out)
+    assert "nowhere.mcap" in refusal(capsys, "critic", "--logs", tmp_path / "nowhere.mcap", *out)
+    (empty / "garbage.mcap").write_bytes(b"garbage" * 100)
+    assert "garbage.mcap" in refusal(capsys, "classifier", "--logs", empty, *out)
+    assert "--steps must be at least 1" in refusal(capsys, "critic", "--logs", empty, *out, "--steps", "0")
+
+
+@pytest.mark.parametrize("arguments", [[], ["painter"], ["critic"], ["segmenter", "--renders", "x", "--out"]])
+def test_bad_usage_is_exit_code_2(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(arguments)
+    assert caught.value.code == 2
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_a_small_segmenter_is_trained_from_nothing_and_resumes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["segmenter", "--renders", str(tmp_path / "renders"), "--out", str(tmp_path / "out")]
+    command += ["--piles", "1", "--held-out", "1", "--steps", "2", "--batch", "2", "--threads", "1"]
+    assert main(command) == 0
+    assert "miou" in capsys.readouterr().out
+    held_out = load_pile(tmp_path / "renders", HELD_OUT_SEEDS)
+    assert held_out.color.shape == (len(held_out.labels), 480, 640, 3)
+    weights = (tmp_path / "out" / "segmenter.pt").read_bytes()
+    assert main(command) == 0  # finished: nothing is rendered or trained again
+    assert len((tmp_path / "out" / "segmenter.pt").read_bytes()) == len(weights)
+
+    pile_path(tmp_path / "renders", HELD_OUT_SEEDS).write_bytes(b"cut off")
+    assert main(command) == 2
+    assert "delete it" in capsys.readouterr().err
+
+
+def test_renders_depend_on_their_seed_alone(tmp_path: Path) -> None:
+    from grasping_invisible.sim_robot.kinematics import Kinematics
+    from grasping_invisible.training.renders import render_pile
+
+    kinematics = Kinematics()
+    first, again = render_pile(5, kinematics), render_pile(5, kinematics)
+    kinematics.close()
+    np.testing.assert_array_equal(first.color, again.color)
+    np.testing.assert_array_equal(first.labels, again.labels)
+    seen = np.isfinite(first.visible)
+    assert seen.any()
+    assert ((first.visible[seen] >= 0) & (first.visible[seen] <= 1.1)).all()

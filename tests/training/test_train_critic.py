@@ -1,0 +1,115 @@
+"""A miniature training, in which tall blocks can be grasped and flat ones cannot."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from rich.console import Console
+
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.runtime.errors import BadInput
+from grasping_invisible.runtime.heightmap import Heightmaps
+from grasping_invisible.runtime.workspace import Workspace
+from grasping_invisible.training.checkpoint import load_checkpoint, load_weights
+from grasping_invisible.training.classifier_net import ClassifierNet
+from grasping_invisible.training.critic_net import CriticNet
+from grasping_invisible.training.critic_score import auc
+from grasping_invisible.training.split import split
+from grasping_invisible.training.train_classifier import (
+    ClassifierTraining,
+    Examples,
+    score_classifier,
+    train_classifier,
+)
+from grasping_invisible.training.train_critic import CriticTraining, Replay, train_critic, value_next_states
+from grasping_invisible.training.transitions import Transition
+
+QUIET = Console(quiet=True)
+
+
+def grasp(rng: np.random.Generator, run: int) -> Transition:
+    """A grasp of a block at a random place, of which the height alone decides whether it succeeds."""
+    row, column = (int(value) for value in rng.integers(30, 80, 2))
+    labels = np.zeros((224, 224), np.uint8)
+    labels[2 * row - 12 : 2 * row + 13, 2 * column - 12 : 2 * column + 13] = 1
+    success = bool(rng.random() < 0.5)
+    height = np.where(labels > 0, 0.1 if success else 0.02, 0.0).astype(np.float32)
+    color = np.full((224, 224, 3), 128, np.uint8)
+    before = Heightmaps(run, color, height, labels, Workspace())
+    after = None if success else before
+    reward = 1.0 if success else 0.5
+    return Transition(before, 1, gi.GRASP, 0, row, column, reward, success, after, False, f"run-{run}", 0)
+
+
+@pytest.fixture(scope="module")
+def transitions() -> list[Transition]:
+    rng = np.random.default_rng(0)
+    return [grasp(rng, run) for run in range(60)]
+
+
+def test_no_run_is_on_both_sides_of_the_split(transitions: list[Transition]) -> None:
+    taught, held_out = split(transitions)
+    assert taught
+    assert held_out
+    assert not {item.run for item in taught} & {item.run for item in held_out}
+
+
+def test_the_critic_learns_and_the_classifier_from_it(transitions: list[Transition], tmp_path: Path) -> None:
+    settings = CriticTraining(tmp_path / "critic.pt", steps=60, rounds=1, batch=12, learning_rate=5e-3)
+    checkpoint = train_critic(settings, transitions, QUIET)
+    assert checkpoint.scores["grasp_auc"] > 0.9
+
+    classifier = ClassifierTraining(tmp_path / "classifier.pt", tmp_path / "critic.pt", steps=200)
+    scores = train_classifier(classifier, transitions, QUIET).scores
+    assert scores["auc"] > 0.9
+    assert load_checkpoint(classifier.checkpoint, "classifier").scores == scores
+
+
+def test_next_states_of_pushes_count_half(transitions: list[Transition]) -> None:
+    net = CriticNet()
+    for head, value in ((net.grasp, 0.7), (net.push, 0.1)):
+        weights = head.quarters.state_dict()
+        constant = {"weight": torch.zeros_like(weights["weight"]), "bias": torch.full_like(weights["bias"], value)}
+        head.quarters.load_state_dict(constant)
+    failed = next(item for item in transitions if not item.success)
+    push = replace(failed, kind=gi.PUSH, reward=0.25, after=failed.before)
+    gone = replace(push, after=replace(push.before, labels=np.zeros_like(push.before.labels)))
+    some = Replay([failed, push, gone])
+    value_next_states(net, some.transitions, some.targets, 0, QUIET)
+    np.testing.assert_allclose(some.targets.numpy(), [0.5, 0.25 + 0.5 * 0.7, 0.25], atol=1e-6)
+
+
+def test_replay_prefers_what_it_was_wrong_about(transitions: list[Transition]) -> None:
+    replay = Replay(transitions)
+    replay.errors.fill_(0.0)
+    replay.errors[3] = 1.0
+    indices, weights = replay.draw(np.random.default_rng(0), 400, progress=1.0)
+    share = indices.count(3) / 400
+    assert share > 3 / len(transitions)
+    assert weights[indices.index(3)] < weights.max()
+
+
+def test_too_few_transitions_are_refused(transitions: list[Transition], tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="too few"):
+        train_critic(CriticTraining(tmp_path / "critic.pt"), transitions[:1], QUIET)
+
+
+def test_auc() -> None:
+    values = np.array([0.1, 0.2, 0.3, 0.3], np.float32)
+    assert auc(values, np.array([False, False, True, True])) == 1.0
+    assert auc(values, np.array([True, False, True, False])) == pytest.approx((0 + 0 + 1 + 0.5) / 4)
+    assert np.isnan(auc(values, np.zeros(4, np.bool_)))
+
+
+def test_classifier_scores() -> None:
+    net = ClassifierNet().eval()
+    examples = Examples(np.zeros((4, 5), np.float32), np.array([True, True, True, False]))
+    assert score_classifier(net, examples)["grasped_share"] == 0.75
+
+
+def test_a_checkpoint_gives_the_network_back(transitions: list[Transition], tmp_path: Path) -> None:
+    path = tmp_path / "critic.pt"
+    train_critic(CriticTraining(path, steps=2, rounds=2, batch=2), transitions[:20], QUIET)
+    load_weights(CriticNet(), load_checkpoint(path, "critic"), path)
