@@ -25,16 +25,19 @@ class LogFile:
     def __init__(self, path: Path) -> None:
         """Create `path`, and its folder. Raises `RecordingError`, also when it exists already."""
         self.path = path
+        # Begun under another name and then renamed: from the first moment that it is there, the file is a log.
+        beginning = path.with_name(f".{path.name}.beginning")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = path.open("xb")
+            if path.exists():
+                raise RecordingError(f"log {path} exists already; logs are never overwritten")
+            self._file = beginning.open("wb")
             fcntl.flock(self._file, fcntl.LOCK_EX)
             self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES)
             self._writer.start(profile="", library="grasping-invisible")
-            self._writer.flush()  # from its first moment the file is a log
+            self._writer.flush()
+            beginning.rename(path)
         except OSError as error:
-            if isinstance(error, FileExistsError) and path.exists():
-                raise RecordingError(f"log {path} exists already; logs are never overwritten") from None
             raise RecordingError(f"cannot create log {path}: {error.strerror}") from None
         self._channels: dict[str, int] = {}
         self.opened_at = time.monotonic()

@@ -24,7 +24,7 @@ class Workspace:
     `center` is its middle on the table top in the base frame, metres.
     """
 
-    center: tuple[float, float, float] = (0.54, 0.0, 0.0)
+    center: tuple[float, float, float] = (0.53, 0.0, 0.0)
     size: float = 0.448
     resolution: float = 0.002
 

@@ -13,8 +13,8 @@ FOCAL = 615.0  # pixels
 NEAR, FAR = 0.15, 3.0  # metres
 
 # Across the table from the robot, looking back at the workspace: the arm behind it hides nothing of it.
-POSITION = (0.99, 0.0, 0.62)
-LOOK_AT = (0.54, 0.0, 0.0)
+POSITION = (0.98, 0.0, 0.62)
+LOOK_AT = (0.53, 0.0, 0.0)
 
 DEPTH_NOISE = 0.0012  # standard deviation in metres at one metre, growing with its square
 

@@ -24,6 +24,19 @@ JOINT_TORQUE = np.array([87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0])
 # Franka's "ready" posture: gripper down, TCP about (0.307, 0, 0.485), behind the camera's view.
 HOME_JOINTS = np.array([0.0, -np.pi / 4, 0.0, -3 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4])
 
+# From home as it is, then with the elbow swung out or the wrist turned: the arm has one joint more than a pose needs.
+_SEED_TURNS = np.array(
+    [
+        [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [0.4, 0.0, -0.4, 0.0, 0.0, 0.0, 0.0],
+        [-0.4, 0.0, 0.4, 0.0, 0.0, 0.0, 0.0],
+        [0.0, 0.2, 0.0, 0.3, 0.0, 0.4, 1.0],
+        [0.0, 0.2, 0.0, 0.3, 0.0, 0.4, -1.0],
+        [0.8, 0.2, -0.8, 0.0, 0.4, 0.0, 0.0],
+        [-0.8, 0.2, 0.8, 0.0, -0.4, 0.0, 0.0],
+    ]
+)
+
 POSITION_TOLERANCE = 0.003  # metres
 ANGLE_TOLERANCE = np.radians(2.0)
 
@@ -56,7 +69,7 @@ class Kinematics:
     def inverse(
         self, position: NDArray[np.float64], quaternion: NDArray[np.float64], seed: NDArray[np.float64]
     ) -> NDArray[np.float64] | None:
-        """Seven joint angles, near `seed`, that bring the TCP to a pose; None where the arm cannot reach it.
+        """Seven joint angles, near `seed`, that bring the TCP to a pose; None where the search from there ends nowhere.
 
         A solution is within 3 mm and 2 degrees of the pose and inside Franka's joint limits.
         """
@@ -68,16 +81,22 @@ class Kinematics:
                 TCP_LINK,
                 position.tolist(),
                 quaternion.tolist(),
-                lowerLimits=JOINT_LOWER.tolist(),
-                upperLimits=JOINT_UPPER.tolist(),
-                jointRanges=(JOINT_UPPER - JOINT_LOWER).tolist(),
-                restPoses=joints.tolist(),
                 maxNumIterations=50,
                 residualThreshold=1e-5,
                 physicsClientId=self._client,
             )
             joints = np.clip(np.array(solution[:7]), JOINT_LOWER, JOINT_UPPER)
             if self._is_at(joints, position, quaternion):
+                return joints
+        return None
+
+    def inverse_from_anywhere(
+        self, position: NDArray[np.float64], quaternion: NDArray[np.float64]
+    ) -> NDArray[np.float64] | None:
+        """Like `inverse`, but searched from home with the elbow and wrist turned to several sides."""
+        for turn in _SEED_TURNS:
+            joints = self.inverse(position, quaternion, HOME_JOINTS + turn)
+            if joints is not None:
                 return joints
         return None
 

@@ -1,6 +1,7 @@
 """The motion primitives: push, top-down grasp, place and home, each planned whole before the arm starts."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from grasping_invisible.sim_robot.kinematics import HOME_JOINTS, Kinematics, tool_down
 from grasping_invisible.sim_robot.panda import Panda
-from grasping_invisible.sim_robot.path import JointPath, Tool, Unreachable, line, swing
+from grasping_invisible.sim_robot.path import JointPath, Tool, Unreachable, line, stand_at, swing
 
 TRAVEL_HEIGHT = 0.25  # metres; above everything that lies in the workspace, with something in the gripper
 TRAVEL_SPEED = 0.5  # metres a second
@@ -94,10 +95,9 @@ class Primitives:
         over = self._kinematics.inverse(np.array(BIN.position), tool_down(BIN.yaw), BIN_SEED)
         if over is None:
             raise Unreachable("the discard bin cannot be reached")
-        there = swing(self._kinematics, self._panda.goal, over)
-        self._panda.follow(there)
+        self._panda.follow(swing(self._kinematics, self._panda.goal, over, TRAVEL_SPEED))
         self._panda.open_gripper()
-        self._panda.follow(swing(self._kinematics, self._panda.goal, HOME_JOINTS))
+        self._panda.follow(swing(self._kinematics, self._panda.goal, HOME_JOINTS, TRAVEL_SPEED))
         return Report(False, 1.0, "put down in the discard bin")
 
     def home(self) -> Report:
@@ -115,15 +115,15 @@ class Primitives:
             return far, plan(far)
 
     def _descend_to(self, tool: Tool) -> tuple[JointPath, JointPath]:
-        above = tool.at_height(TRAVEL_HEIGHT)
-        over = line(self._kinematics, HOME, above, HOME_JOINTS, TRAVEL_SPEED)
-        return over, line(self._kinematics, above, tool, over.end, APPROACH_SPEED)
+        """From home to above a pose, and down to it; planned from the bottom up, where reach is scarcest."""
+        up = line(
+            self._kinematics, tool, tool.at_height(TRAVEL_HEIGHT), stand_at(self._kinematics, tool), APPROACH_SPEED
+        )
+        return swing(self._kinematics, HOME_JOINTS, up.end, TRAVEL_SPEED), up.backwards()
 
     def _check_way_home(self, tool: Tool, joints: NDArray[np.float64]) -> None:
-        """Raise `Unreachable` now if the way home from a pose could not be taken later."""
-        above = tool.at_height(TRAVEL_HEIGHT)
-        up = line(self._kinematics, tool, above, joints, LIFT_SPEED)
-        line(self._kinematics, above, HOME, up.end, TRAVEL_SPEED)
+        """Raise `Unreachable` now if the way up from a pose could not be taken later."""
+        line(self._kinematics, tool, tool.at_height(TRAVEL_HEIGHT), joints, LIFT_SPEED)
 
     def _here(self, closing_yaw: float) -> Tool:
         x, y, z = self._panda.tcp
@@ -138,12 +138,7 @@ class Primitives:
         """Straight up from wherever the TCP is, then home."""
         here = self._here(closing_yaw)
         above = here.at_height(max(TRAVEL_HEIGHT, here.position[2]))
-        try:
-            up = line(self._kinematics, here, above, self._panda.joints, LIFT_SPEED)
-            back = line(self._kinematics, above, HOME, up.end, TRAVEL_SPEED)
-        except Unreachable:
-            # Pushed off its path to where a straight line leads out of reach: the joints' own way home leads up.
-            self._panda.follow(swing(self._kinematics, self._panda.joints, HOME_JOINTS))
-            return
-        self._panda.follow(up)
-        self._panda.follow(back)
+        # Pushed off its path, it may stand where straight up leads out of reach; the joints' own way home leads up too.
+        with suppress(Unreachable):
+            self._panda.follow(line(self._kinematics, here, above, self._panda.joints, LIFT_SPEED))
+        self._panda.follow(swing(self._kinematics, self._panda.goal, HOME_JOINTS, TRAVEL_SPEED))

@@ -1,5 +1,6 @@
 """Paths of the arm, planned whole before anything moves: straight TCP lines as timed joint angles."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,10 +51,22 @@ class JointPath:
         """Intended TCP position (3,), metres, base frame."""
         return np.array([np.interp(time, self.times, self.positions[:, axis]) for axis in range(3)])
 
+    def backwards(self) -> "JointPath":
+        """The same path from its end to its start."""
+        return JointPath(self.times[-1] - self.times[::-1], self.joints[::-1], self.positions[::-1])
+
     @property
     def end(self) -> NDArray[np.float64]:
         """The last joint angles (7,)."""
         return self.joints[-1]
+
+
+def stand_at(kinematics: Kinematics, tool: Tool) -> NDArray[np.float64]:
+    """Joint angles (7,) of a pose, whatever the arm's posture now. Raises `Unreachable`."""
+    joints = kinematics.inverse_from_anywhere(np.array(tool.position), tool_down(tool.yaw))
+    if joints is None:
+        raise _unreachable(tool.position)
+    return joints
 
 
 def line(kinematics: Kinematics, start: Tool, end: Tool, seed: NDArray[np.float64], speed: float) -> JointPath:
@@ -71,15 +84,12 @@ def line(kinematics: Kinematics, start: Tool, end: Tool, seed: NDArray[np.float6
     for index, fraction in enumerate(fractions):
         solution = kinematics.inverse(positions[index], tool_down(start.yaw + fraction * turn), previous)
         if solution is None or (index and np.abs(solution - previous).max() > MAX_JOINT_STEP):
-            x, y, z = positions[index]
-            raise Unreachable(f"the arm cannot reach ({x:.3f}, {y:.3f}, {z:.3f}) m with the gripper pointing down")
+            raise _unreachable(positions[index])
         joints[index] = previous = solution
     return _timed(joints, positions, speed)
 
 
-def swing(
-    kinematics: Kinematics, start: NDArray[np.float64], end: NDArray[np.float64], speed: float = 0.5
-) -> JointPath:
+def swing(kinematics: Kinematics, start: NDArray[np.float64], end: NDArray[np.float64], speed: float) -> JointPath:
     """A path straight in joint space, for long moves well above the table; `speed` of the TCP, metres a second."""
     count = max(2, 1 + int(np.ceil(np.abs(end - start).max() / 0.1)))
     joints = start + np.linspace(0.0, 1.0, count)[:, None] * (end - start)
@@ -91,3 +101,8 @@ def _timed(joints: NDArray[np.float64], positions: NDArray[np.float64], speed: f
     limits = (np.abs(np.diff(joints, axis=0)) / (JOINT_SPEED_SHARE * JOINT_SPEED)).max(axis=1)
     times = np.concatenate([[0.0], np.cumsum(np.maximum(np.maximum(steps, limits), 1e-3))])
     return JointPath(times, joints, positions)
+
+
+def _unreachable(position: Sequence[float] | NDArray[np.float64]) -> Unreachable:
+    x, y, z = position
+    return Unreachable(f"the arm cannot reach ({x:.3f}, {y:.3f}, {z:.3f}) m with the gripper pointing down")

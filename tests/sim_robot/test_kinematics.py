@@ -33,10 +33,9 @@ def test_home_stands_behind_the_workspace_with_the_gripper_down(kinematics):
 @given(st.floats(0.35, 0.74), st.floats(-0.2, 0.2), st.floats(0.015, 0.25), st.floats(-np.pi, 0.0))
 def test_inverse_reaches_the_pose_within_joint_limits(kinematics, x, y, z, yaw):
     goal = np.array([x, y, z])
-    joints = kinematics.inverse(goal, tool_down(yaw), HOME_JOINTS)
+    joints = kinematics.inverse_from_anywhere(goal, tool_down(yaw))
     if joints is None:  # at the workspace's corners only one way round of the hand fits
-        other = yaw + np.pi
-        joints = kinematics.inverse(goal, tool_down(other), HOME_JOINTS)
+        joints = kinematics.inverse_from_anywhere(goal, tool_down(yaw + np.pi))
     assert joints is not None
     assert (joints >= JOINT_LOWER).all()
     assert (joints <= JOINT_UPPER).all()

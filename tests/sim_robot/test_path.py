@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from grasping_invisible.sim_robot.kinematics import HOME_JOINTS, JOINT_SPEED, Kinematics
-from grasping_invisible.sim_robot.path import Tool, Unreachable, line, swing
+from grasping_invisible.sim_robot.path import Tool, Unreachable, line, stand_at, swing
 
 HOME = Tool((0.3069, 0.0, 0.4853), -np.pi / 2)
 
@@ -34,6 +34,19 @@ def test_a_line_that_leaves_reach_is_refused_whole(kinematics):
 
 def test_swing_ends_where_it_should(kinematics):
     end = HOME_JOINTS + np.array([1.0, 0.1, 0, 0, 0, 0, 0])
-    path = swing(kinematics, HOME_JOINTS, end)
+    path = swing(kinematics, HOME_JOINTS, end, speed=0.5)
     np.testing.assert_allclose(path.joints_at(path.duration + 1.0), end)
     np.testing.assert_allclose(path.joints_at(0.0), HOME_JOINTS)
+
+
+def test_backwards_is_the_same_way_back(kinematics):
+    path = line(kinematics, HOME, Tool((0.5, 0.1, 0.3), -np.pi / 2), HOME_JOINTS, speed=0.4)
+    back = path.backwards()
+    np.testing.assert_allclose(back.joints_at(0.3), path.joints_at(path.duration - 0.3))
+    assert back.duration == path.duration
+
+
+@pytest.mark.parametrize(("x", "y", "yaw"), [(0.359, 0.0, 0.0), (0.41, 0.18, -3.1), (0.35, -0.01, -0.1)])
+def test_a_pose_is_found_though_the_search_from_home_misses_it(kinematics, x, y, yaw):
+    tool = Tool((x, y, 0.06), yaw)
+    np.testing.assert_allclose(kinematics.forward(stand_at(kinematics, tool))[0], tool.position, atol=3e-3)

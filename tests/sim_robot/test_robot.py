@@ -19,7 +19,7 @@ def block(shape="cube", color="red", x=0.0, y=0.0, z=0.026, yaw=0.0) -> SceneObj
     return SceneObject(shape=shape, color=color, position=(x, y, z), yaw=yaw)
 
 
-def command(kind, x=0.54, y=0.0, z=0.02, yaw=0.0, length=0.1, identity=1) -> gi.MotionCommand:
+def command(kind, x=0.53, y=0.0, z=0.02, yaw=0.0, length=0.1, identity=1) -> gi.MotionCommand:
     return gi.MotionCommand(id=identity, kind=kind, position=gi.Point(x=x, y=y, z=z), yaw=yaw, length=length)
 
 
@@ -69,7 +69,7 @@ def test_fingers_landing_on_a_block_are_reported_as_blocked(make):
     assert outcome.status == gi.BLOCKED
     assert not outcome.holding
     assert 0.5 < outcome.path_fraction < 1.0
-    assert np.abs(position_of(robot, "red")[:2] - [0.54, 0.0]).max() < 0.01
+    assert np.abs(position_of(robot, "red")[:2] - [0.53, 0.0]).max() < 0.01
 
 
 @pytest.mark.parametrize("yaw", [0.0, math.pi / 2, -3 * math.pi / 4])
