@@ -33,7 +33,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--scene", metavar="NAME|FILE", help="what is simulated (default: exploration-00)")
     parser.add_argument("--target", metavar="COLOR", help="what to find (default: the simulated scene's target)")
     parser.add_argument("--seed", type=int, default=0, help="of the scene's variation and of ties (default: 0)")
-    parser.add_argument("--max-motions", type=int, metavar="N", help="pushes and grasps (default: the scene's, or 15)")
+    parser.add_argument(
+        "--max-motions", type=int, metavar="N", help="pushes and grasps (default: the scene's; 15 to find and grasp)"
+    )
     parser.add_argument("--models", type=Path, metavar="DIR", help="a model bundle (default: the shipped one)")
     parser.add_argument("--log-dir", type=Path, default=Path("runs"), metavar="DIR", help="default: ./runs")
     parser.add_argument("--config", type=Path, metavar="FILE", help="TOML; docs/configuration.md lists the keys")

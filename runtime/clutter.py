@@ -1,4 +1,4 @@
-"""The clutter prior C_p: where, for each push direction, the edge of a heap lies ahead (paper, section VI-A)."""
+"""The clutter prior C_p: where, for each push direction, the edge of a heap lies ahead (paper, section VII-A)."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The exploration policy: where to push while the target is not seen (paper, sections IV-B and VI-A)."""
+"""The exploration policy: where to push while the target is not seen (paper, sections IV-B and VII-A)."""
 
 from dataclasses import dataclass
 

@@ -65,7 +65,7 @@ def _run(options: argparse.Namespace) -> int:
         node = SimNode(scene, options.seed, endpoint, options.camera_hz, gui=options.gui)
         stack.callback(node.close)
         stack.callback(finish_within, _END_SECONDS, EXIT_INTERRUPTED)
-        announcement = SimAnnouncement(endpoint, scene.name, scene.target, scene.max_motions)
+        announcement = SimAnnouncement(endpoint, scene.name, scene.target, scene.motions_to_grasp)
         print(announce(announcement), file=announcements, flush=True)
         node.run()
     return 0

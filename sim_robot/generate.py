@@ -67,7 +67,7 @@ def _draw(name: str, style: Style, colors: list[str], rng: np.random.Generator) 
     if style != "covered":
         return Scene(name=name, target=colors[0], objects=objects)
     clusters = sum(len(pile) > 1 for pile in layouts)
-    budget = max(2 * clusters - 1, 2)  # as in the paper's section VI-A; one pile alone gets a second push
+    budget = max(2 * clusters - 1, 2)  # as in the paper's section VII-A; one pile alone gets a second push
     return Scene(
         name=name, task="exploration", target=colors[0], max_motions=budget, clusters=clusters, objects=objects
     )

@@ -24,6 +24,7 @@ Task = Literal["exploration", "coordination", "invisible", "free"]
 COLORS: tuple[str, ...] = (GREY, *TARGET_COLORS)
 MAX_HEIGHT = 0.5  # metres above the table at which an object may start
 MAX_OBJECTS = 60
+WHOLE_TASK_MOTIONS = 15  # to find a hidden target and to grasp it (paper, section VII-C)
 
 
 class SceneObject(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -74,7 +75,7 @@ class SceneObject(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
 class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A task: objects on the table and the colour of the one to find and grasp.
 
-    `clusters` is the number of piles an explorer would have to look into (paper, section VI-A), where known.
+    `clusters` is the number of piles an explorer would have to look into (paper, section VII-A), where known.
     """
 
     name: str
@@ -96,6 +97,14 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
         if all(item.color != self.target for item in self.objects):
             present = ", ".join(sorted({item.color for item in self.objects}))
             raise ValueError(f"no object has the target colour {self.target}; the objects are {present}")
+
+    @property
+    def motions_to_grasp(self) -> int:
+        """Motions allowed until the target is in the gripper.
+
+        An exploration's `max_motions` are for finding alone; finding and grasping get the paper's 15.
+        """
+        return WHOLE_TASK_MOTIONS if self.task == "exploration" else self.max_motions
 
 
 def scene_names() -> list[str]:

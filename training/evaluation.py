@@ -16,9 +16,8 @@ from grasping_invisible.runtime.errors import BadInput, RobotError
 from grasping_invisible.runtime.loop import Goal, RunPlan, RunProgress, run_loop
 from grasping_invisible.runtime.perception import MIN_TARGET_PIXELS
 from grasping_invisible.sim_robot.robot import SimRobot
-from grasping_invisible.sim_robot.scene import load_scene, scene_names
+from grasping_invisible.sim_robot.scene import WHOLE_TASK_MOTIONS, load_scene, scene_names
 
-INVISIBLE_MOTIONS = 15
 SUITES = ("exploration", "coordination", "invisible")
 SEEDS_APART = 1000  # between the first seeds of two evaluations: no run is in both
 
@@ -61,7 +60,7 @@ def trials_of(suite: str, runs: int, seed: int) -> list[Trial]:
 
 def _scenes_of(suite: str) -> list[tuple[str, Goal, int]]:
     if suite == "invisible":
-        return [(name, Goal.GRASP, INVISIBLE_MOTIONS) for name in scene_names() if name.startswith("exploration")]
+        return [(name, Goal.GRASP, WHOLE_TASK_MOTIONS) for name in scene_names() if name.startswith("exploration")]
     if suite in SUITES:
         names = [name for name in scene_names() if name.startswith(suite)]
     elif Path(suite).is_dir():
