@@ -28,6 +28,7 @@ from grasping_invisible.runtime.motion import (
     feasible_pushes,
     grasp_height,
     push_heights,
+    pushes_towards,
 )
 from grasping_invisible.runtime.perception import Perception, perceive
 from grasping_invisible.runtime.rotation import ACTION_CELLS
@@ -190,11 +191,12 @@ class _Situation:
 
 def _coordinate(situation: _Situation, q_maps: QMaps, models: Models) -> Decision | None:
     """The coordinator's decision; None where no push and no grasp is possible."""
-    resolution = situation.perception.maps.workspace.resolution
+    perception = situation.perception
+    workspace = perception.maps.workspace
     coordination = coordinate(
         q_maps,
-        situation.pushes & situation.untried(gi.PUSH),
-        feasible_grasps(situation.perception.mask, resolution) & situation.untried(gi.GRASP),
+        situation.pushes & situation.untried(gi.PUSH) & pushes_towards(perception.mask, workspace),
+        feasible_grasps(perception.mask, workspace.resolution) & situation.untried(gi.GRASP),
         situation.border,
         situation.memory.consecutive_grasp_failures,
         models.grasp_probability,

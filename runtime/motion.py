@@ -23,6 +23,7 @@ FINGERS_ALONG = 0.025  # metres, footprint of the closed fingers along a push
 FINGERS_ACROSS = 0.045  # and across it
 PUSH_CLEARANCE = 0.003  # metres between the fingers' lowest point and what they stand above
 PUSH_OVERLAP = 0.005  # metres by which something ahead must stand higher than the TCP, to be pushed
+PUSH_NEARNESS = 0.03  # metres from the target within which a push for it has to pass
 # Metres from the workspace's edge at which a push must end: what it moves lies ahead of it, and what leaves
 # the workspace is lost.
 PUSH_END_INSET = 0.03
@@ -75,6 +76,25 @@ def feasible_pushes(maps: Heightmaps, heights: NDArray[np.float32]) -> NDArray[n
             here, there = _overlap(rows, columns)
             np.maximum(ahead[k][here], footprints[k][there], out=ahead[k][here])
     return ends_inside(maps.workspace) & (ahead > heights + np.float32(PUSH_OVERLAP))
+
+
+def pushes_towards(mask: NDArray[np.bool_], workspace: Workspace) -> NDArray[np.bool_]:
+    """Which pushes come within `PUSH_NEARNESS` of the target under the mask, (N, N): (16, 112, 112) bool.
+
+    Others leave the target and its border as they are, so what a critic says of them means nothing to it.
+    """
+    cell = workspace.size / ACTION_CELLS
+    near = (_blocks(distance_to(mask)).min(axis=(1, 3)) * workspace.resolution <= PUSH_NEARNESS).astype(np.uint8)
+    return np.stack([cv2.dilate(near, _way(k, cell)) for k in range(ROTATIONS)]).astype(np.bool_)
+
+
+@lru_cache(maxsize=ROTATIONS)
+def _way(k: int, cell: float) -> NDArray[np.uint8]:
+    """The cells that a push in rotation `k` passes from the middle of the kernel on."""
+    reach = round(PUSH_LENGTH / cell)
+    way = np.zeros((2 * reach + 1, 2 * reach + 1), np.uint8)
+    tip = (round(reach + reach * math.cos(ANGLES[k])), round(reach - reach * math.sin(ANGLES[k])))
+    return np.asarray(cv2.line(way, (reach, reach), tip, (1,)), np.uint8)
 
 
 @lru_cache(maxsize=4)

@@ -4,18 +4,17 @@ A behaviour stands in for the models of the loop, so that collection runs the sa
 the critic; exploring, it gives random Q maps, whose greatest allowed value is a random allowed action.
 """
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from grasping_invisible.runtime.critic import QMaps
 from grasping_invisible.runtime.decision import Models
 from grasping_invisible.runtime.heightmap import Heightmaps
-from grasping_invisible.runtime.rotation import ACTION_CELLS, action_grid, to_action_grid
-from grasping_invisible.runtime.workspace import PUSH_LENGTH, ROTATIONS, rotation_angle
+from grasping_invisible.runtime.motion import pushes_towards
+from grasping_invisible.runtime.rotation import ACTION_CELLS
+from grasping_invisible.runtime.workspace import ROTATIONS
 from grasping_invisible.sim_robot.robot import SimRobot
 
-PUSH_REACH_ACROSS = 0.03  # metres beside a push's line within which it may still meet the target
 NOISE = 0.02  # of greedy Q values, so that equal situations do not always bring the same action
 
 
@@ -43,7 +42,7 @@ class Behaviour:
         push_noise, grasp_noise = self._rng.random((2, *shape), dtype=np.float32)
         if self._models is None or self._rng.random() < self._epsilon:
             # Sums, not products: every push towards the target comes before every other one.
-            return QMaps(push=(push_noise + _towards(mask, maps)) / 2, grasp=grasp_noise)
+            return QMaps(push=(push_noise + pushes_towards(mask, maps.workspace)) / 2, grasp=grasp_noise)
         learned = self._models.q_maps(maps, mask)
         return QMaps(push=learned.push + NOISE * push_noise, grasp=learned.grasp + NOISE * grasp_noise)
 
@@ -52,21 +51,3 @@ class Behaviour:
         if self._models is not None and self._on_policy and self._rng.random() >= self._epsilon:
             return self._models.grasp_probability(features)
         return float(self._rng.random())
-
-
-def _towards(mask: NDArray[np.bool_], maps: Heightmaps) -> NDArray[np.float32]:
-    """1 where a push from a cell passes the mask within its length, 0 elsewhere: (16, 112, 112)."""
-    cell = action_grid(maps.workspace).resolution
-    target = (to_action_grid(mask.astype(np.float32)) > 0.25).astype(np.uint8)
-    if target.all():
-        return np.ones((ROTATIONS, ACTION_CELLS, ACTION_CELLS), np.float32)
-    reach = round(PUSH_LENGTH / cell)
-    width = round(2 * PUSH_REACH_ACROSS / cell)
-    towards = np.empty((ROTATIONS, ACTION_CELLS, ACTION_CELLS), np.float32)
-    for k in range(ROTATIONS):
-        yaw = rotation_angle(k)
-        kernel = np.zeros((2 * reach + 1, 2 * reach + 1), np.uint8)
-        tip = (round(reach + reach * np.cos(yaw)), round(reach - reach * np.sin(yaw)))
-        cv2.line(kernel, (reach, reach), tip, 1, width)
-        towards[k] = cv2.dilate(target, kernel)
-    return towards

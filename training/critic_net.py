@@ -1,7 +1,8 @@
 """The critic: a small U-Net from rotated heightmaps to push and grasp Q values (paper, section V-A).
 
 The paper's trunk is DenseNet-121; this one answers for all 16 rotations within 20 ms on two edge CPU cores.
-One trunk feeds two heads, one for each primitive.
+One trunk feeds two heads, one for each primitive. Q values lie within 0 and 1, as every return does (a reward of 0.5
+and half of 1 at most, or 1): without that bound the greatest value of a map is one of an action never tried.
 """
 
 from itertools import pairwise
@@ -42,8 +43,8 @@ class Head(nn.Module):
         self.quarters = nn.Conv2d(width, 4, 1)
 
     def forward(self, features: Tensor) -> Tensor:
-        """(B, width, H / 2, W / 2) to (B, H, W)."""
-        return functional.pixel_shuffle(self.quarters(self.mix(features)), 2)[:, 0]
+        """(B, width, H / 2, W / 2) to (B, H, W), values within 0 and 1."""
+        return torch.sigmoid(functional.pixel_shuffle(self.quarters(self.mix(features)), 2)[:, 0])
 
 
 class CriticNet(nn.Module):

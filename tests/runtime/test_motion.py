@@ -116,3 +116,13 @@ def test_grasps_are_aimed_at_the_target_or_just_beside_it(table_with):
     assert feasible[0][cell_at(0.5 + 0.023, 0.0)]
     assert not feasible[0][cell_at(0.5 + 0.032, 0.0)]
     assert not motion.feasible_grasps(np.zeros_like(mask), WORKSPACE.resolution).any()
+
+
+@pytest.mark.parametrize(
+    ("k", "aside", "towards"), [(0, 0.0, True), (0, 0.06, False), (8, 0.0, False), (4, 0.0, False)]
+)
+def test_only_pushes_that_pass_the_target_are_for_it(table_with, k, aside, towards):
+    x, y, _ = WORKSPACE.center
+    mask = table_with((x, y, 0.04, 0.05, "red")).labels == 1
+    row, column = cell_at(x - 0.08, y + aside)
+    assert motion.pushes_towards(mask, WORKSPACE)[k, row, column] == towards
