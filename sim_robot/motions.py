@@ -132,7 +132,9 @@ class Primitives:
     def _back_off(self, closing_yaw: float) -> None:
         here = self._here(closing_yaw)
         above = here.at_height(here.position[2] + BACK_OFF)
-        self._panda.follow(line(self._kinematics, here, above, self._panda.joints, 0.05))
+        # Where it cannot, it closes where it is: by now it has moved, and must not end as a motion that never began.
+        with suppress(Unreachable):
+            self._panda.follow(line(self._kinematics, here, above, self._panda.joints, 0.05))
 
     def _retreat(self, closing_yaw: float) -> None:
         """Straight up from wherever the TCP is, then home."""
