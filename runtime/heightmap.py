@@ -120,20 +120,20 @@ def _rays(width: int, height: int, intrinsics: bytes, base_from_camera: bytes, w
 
 
 def _window(camera: Camera, workspace: Workspace) -> tuple[slice, slice]:
-    """The part of the image that can show the box over the workspace; all of it if that is partly behind."""
+    """The part of the image that can show the box over the workspace; all of it where that is behind or out of view."""
     (low_x, low_y), (high_x, high_y) = workspace.low, workspace.high
-    bottom = workspace.center[2]
+    table = workspace.center[2]
     corners = np.array(
-        [(x, y, z, 1.0) for x in (low_x, high_x) for y in (low_y, high_y) for z in (bottom - 0.02, bottom + MAX_HEIGHT)]
+        [(x, y, z, 1.0) for x in (low_x, high_x) for y in (low_y, high_y) for z in (table - 0.02, table + MAX_HEIGHT)]
     )
     in_camera = (np.linalg.inv(camera.base_from_camera) @ corners.T)[:3]
+    everything = slice(0, camera.height), slice(0, camera.width)
     if (in_camera[2] <= 0.01).any():
-        return slice(0, camera.height), slice(0, camera.width)
+        return everything
     u, v, _ = camera.intrinsics @ (in_camera / in_camera[2])
-    return (
-        slice(max(0, int(v.min()) - 1), min(camera.height, int(v.max()) + 2)),
-        slice(max(0, int(u.min()) - 1), min(camera.width, int(u.max()) + 2)),
-    )
+    top, bottom = max(0, int(v.min()) - 1), min(camera.height, int(v.max()) + 2)
+    left, right = max(0, int(u.min()) - 1), min(camera.width, int(u.max()) + 2)
+    return (slice(top, bottom), slice(left, right)) if top < bottom and left < right else everything
 
 
 def _source_cells(seen: NDArray[np.bool_]) -> NDArray[np.intp]:

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -119,3 +120,15 @@ def test_small_gaps_are_filled_and_large_ones_stay_unseen():
     wide[220:260, 200:440] = 0  # about ten cells
     assert (project(frame_of(camera, narrow), no_labels() + 2, WORKSPACE).labels[90:134, 90:134] == 2).all()
     assert (project(frame_of(camera, wide), no_labels() + 2, WORKSPACE).labels[90:134, 90:134] == 0).any()
+
+
+@pytest.mark.parametrize("turned", [(0.9, 0.0), (-0.9, 0.0), (0.0, 1.2), (0.0, -1.2)])
+def test_a_camera_that_looks_elsewhere_sees_nothing(turned: tuple[float, float]) -> None:
+    camera = camera_at(0.53, 0.0, 0.8)
+    aside, over = turned
+    pose = camera.base_from_camera.copy()
+    pose[:3, 3] += aside * pose[:3, 0] + over * pose[:3, 1]
+    elsewhere = Camera(camera.width, camera.height, camera.intrinsics, pose)
+    maps = project(frame_of(elsewhere, plane_depth(elsewhere, 0.0)), np.ones((480, 640), np.uint8), WORKSPACE)
+    assert not maps.labels.any()
+    assert not maps.height.any()
