@@ -130,7 +130,7 @@ class _Actor:
 
     def make_ready(self) -> None:
         """Out of the camera's view, after whatever was before, and with an empty gripper."""
-        if self._carry_out(self._simple(gi.HOME)).holding:
+        if self._complete(gi.HOME).holding:
             self.put_down()
 
     def act(self, deliberation: Deliberation) -> gi.MotionOutcome:
@@ -139,16 +139,24 @@ class _Actor:
 
     def put_down(self) -> None:
         """Put what is held in the discard bin."""
-        self._carry_out(self._simple(gi.PLACE))
+        self._complete(gi.PLACE)
 
-    def _simple(self, kind: gi.MotionKind) -> gi.MotionCommand:
-        return gi.MotionCommand(id=next(self._numbers), stamp=to_timestamp(time.time_ns()), kind=kind)
+    def _complete(self, kind: gi.MotionKind) -> gi.MotionOutcome:
+        """A motion without which the next picture or the next grasp would be worth nothing."""
+        command = gi.MotionCommand(id=next(self._numbers), stamp=to_timestamp(time.time_ns()), kind=kind)
+        outcome = self._carry_out(command)
+        if outcome.status != gi.COMPLETED:
+            raise RobotError(f"{_name(command)} ended {gi.MotionStatus.Name(outcome.status)}: {outcome.detail}")
+        return outcome
 
     def _carry_out(self, command: gi.MotionCommand) -> gi.MotionOutcome:
         check_command(command, self._limits, self._workspace)
         outcome = self._robot.execute(command)
         if outcome.status in (gi.STOPPED, gi.FAULT):
-            what = f"{gi.MotionKind.Name(command.kind)} {command.id}"
             how = "was stopped" if outcome.status == gi.STOPPED else "ended in a fault"
-            raise RobotError(f"{what} {how}: {outcome.detail}")
+            raise RobotError(f"{_name(command)} {how}: {outcome.detail}")
         return outcome
+
+
+def _name(command: gi.MotionCommand) -> str:
+    return f"{gi.MotionKind.Name(command.kind)} {command.id}"

@@ -85,8 +85,10 @@ def test_what_is_held_at_the_start_is_put_down_first(table_robot: Any, color_mod
     assert kinds(table_robot)[:2] == ["HOME", "PLACE"]
 
 
-@pytest.mark.parametrize("status", [gi.STOPPED, gi.FAULT])
-def test_a_stopped_robot_ends_the_run(table_robot: Any, color_models: Any, status: gi.MotionStatus) -> None:
+@pytest.mark.parametrize("status", [gi.STOPPED, gi.FAULT, gi.BLOCKED, gi.UNREACHABLE])
+def test_a_robot_that_does_not_come_home_ends_the_run(
+    table_robot: Any, color_models: Any, status: gi.MotionStatus
+) -> None:
     table_robot.status = status
     with pytest.raises(RobotError, match=r"HOME 1 .*done"):
         run_loop(table_robot, color_models, RED, RunPlan())
