@@ -84,7 +84,13 @@ class ZenohRobot:
 
     def execute(self, command: gi.MotionCommand) -> gi.MotionOutcome:
         """Send a command and wait for its outcome; the motion is stopped when that does not come."""
-        reply = self._request(command)
+        with self._changed:
+            self._outcomes.pop(command.id, None)  # of an earlier run's command with the same number
+        try:
+            reply = self._request(command)
+        except BaseException:
+            self.stop("the runtime gave up waiting for an answer; the motion may have begun")
+            raise
         if not reply.accepted:
             raise RobotError(f"the robot refused {gi.MotionKind.Name(command.kind)} {command.id}: {reply.reason}")
         self._active_command_id = command.id
@@ -118,7 +124,8 @@ class ZenohRobot:
         self._bus.connect(session)
         # Declarations end when they are no longer referred to.
         self._declared = (
-            session.declare_subscriber("gi/robot/**", self._hear),
+            # Not what this session says itself: that went to the bus when it was said.
+            session.declare_subscriber("gi/robot/**", self._hear, allowed_origin=zenoh.Locality.REMOTE),
             session.liveliness().declare_subscriber(ROBOT_TOKEN, self._hear_token, history=True),
             session.liveliness().declare_token(RUNTIME_TOKEN),
         )
@@ -161,7 +168,8 @@ class ZenohRobot:
 
     def _hear_token(self, sample: zenoh.Sample) -> None:
         with self._changed:
-            self._gone = sample.kind == zenoh.SampleKind.DELETE
+            # For good: one that comes back has forgotten what it was asked.
+            self._gone = self._gone or sample.kind == zenoh.SampleKind.DELETE
             self._changed.notify_all()
 
     def _beat(self) -> None:

@@ -73,6 +73,7 @@ class RobotServer:
         self._requests: queue.SimpleQueue[tuple[zenoh.Query, gi.MotionCommand]] = queue.SimpleQueue()
         self._lock = threading.Lock()
         self._busy_with: int | None = None
+        self._commander: str | None = None  # the run whose command is carried out
         self._stop_reason: str | None = None
         self._runtimes: dict[str, float] = {}  # run id: when it was last heard
         # Declarations end when they are no longer referred to.
@@ -91,7 +92,7 @@ class RobotServer:
             query, command = self._requests.get(timeout=timeout)
         except queue.Empty:
             return None
-        reason = self._stranger() or self._driver.refusal(command)
+        reason = self._take_commander() or self._driver.refusal(command)
         if reason is not None:
             self._free()
         _answer(query, command.id, reason)
@@ -133,17 +134,19 @@ class RobotServer:
     def _free(self) -> None:
         with self._lock:
             self._busy_with = None
+            self._commander = None
             self._stop_reason = None
 
-    def _stranger(self) -> str | None:
-        """Why the runtimes that are heard make it unsafe to move; None where there is exactly one."""
+    def _take_commander(self) -> str | None:
+        """Take the one runtime that is heard for the commander; where there is not exactly one, why not to move."""
         with self._lock:
             runtimes = self._living_runtimes()
+            if len(runtimes) == 1:
+                self._commander = runtimes[0]
+                return None
         if not runtimes:
             return f"no runtime's heartbeat is heard on {RUNTIME_HEALTH.key}"
-        if len(runtimes) > 1:
-            return f"more than one runtime is connected: {', '.join(sorted(runtimes))}"
-        return None
+        return f"more than one runtime is connected: {', '.join(sorted(runtimes))}"
 
     def _living_runtimes(self) -> list[str]:
         now = time.monotonic()
@@ -152,7 +155,8 @@ class RobotServer:
     def _beat(self) -> None:
         with self._lock:
             busy_with, reason = self._busy_with, self._stop_reason
-            if not self._living_runtimes():
+            # Others may be heard; only the one that commanded the motion watches over it.
+            if self._commander is not None and self._commander not in self._living_runtimes():
                 reason = reason or f"the runtime has been silent for {RUNTIME_SILENCE:g} s"
         if busy_with is not None and reason is not None:
             # Again at every beat: a stop that came before the driver had begun to move must not be lost.

@@ -12,7 +12,7 @@ from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
 from grasping_invisible.data.clock import to_timestamp
 from grasping_invisible.data.images import CAMERA_FRAME
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
-from grasping_invisible.data.topics import COMMAND, COMMAND_REPLY, OUTCOME, PROTOCOL_VERSION, Topic
+from grasping_invisible.data.topics import COMMAND, COMMAND_REPLY, OUTCOME, PROTOCOL_VERSION, STOP, Topic
 from grasping_invisible.data.transform_message import encode_transforms
 from grasping_invisible.runtime import zenoh_session
 from grasping_invisible.runtime.bus import Bus
@@ -80,12 +80,16 @@ class Side:
         self.server = RobotServer(self.endpoint, self.driver)
         self.says_outcome = True
         self.sends_frames = True
+        self.pause = threading.Event()  # takes no commands while it is set
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
     def _run(self) -> None:
         while not self._ended.is_set():
+            if self.pause.is_set():
+                time.sleep(0.05)
+                continue
             command = self.server.next_command(0.05)
             if command is not None:
                 outcome = self.server.carry_out(command)
@@ -279,6 +283,43 @@ def test_robot_stops_when_the_runtime_falls_silent(side: Side) -> None:
         outcome = robot.execute(command(1))
         assert outcome.status == gi.STOPPED
         assert "silent" in outcome.detail
+
+
+def test_another_runtime_does_not_stand_in_for_one_that_falls_silent(side: Side) -> None:
+    side.driver.motion_seconds = 10.0
+    with connected(side, run_id="first") as first:
+        mover = threading.Thread(target=execute_until_closed, args=(first,), daemon=True)
+        mover.start()
+        wait_until(lambda: side.server._commander == "first")
+        with connected(side, run_id="second"):
+            assert first._heartbeat is not None
+            first._heartbeat.stop()
+            wait_until(lambda: side.driver.motions == 1, seconds=4.0)
+            assert "silent" in side.driver._stop_reason
+        mover.join(3)
+
+
+def test_an_unanswered_command_is_stopped_should_it_have_been_heard(side: Side) -> None:
+    side.pause.set()
+    stops: list[str] = []
+
+    def sink(topic: Topic, payload: bytes, time_ns: int) -> None:
+        if topic is STOP:
+            stops.append(gi.StopRequest.FromString(payload).reason)
+
+    with connected(side, Bus(sinks=(sink,))) as robot:
+        with pytest.raises(LinkError, match="did not answer"):
+            robot.execute(command(1))
+        time.sleep(0.2)
+    assert stops == ["the runtime gave up waiting for an answer; the motion may have begun"]
+    side.pause.clear()
+
+
+def test_an_outcome_of_an_earlier_run_is_not_taken_for_this_ones(side: Side) -> None:
+    with connected(side) as robot:
+        side.server.bus.publish(OUTCOME, gi.MotionOutcome(command_id=1, status=gi.STOPPED, detail="long ago"))
+        wait_until(lambda: 1 in robot._outcomes)
+        assert robot.execute(command(1)).status == gi.COMPLETED
 
 
 def test_two_runtimes_at_once_move_nothing(side: Side) -> None:
