@@ -17,15 +17,14 @@ _MUST_ARRIVE = (OUTCOME, STOP)
 
 
 class Bus:
-    """Says messages on the link, if there is one, and hands each message said or heard to every sink."""
+    """Says messages on the link, if there is one, and hands each message said or heard to every sink.
+
+    Sinks are called in the thread that says or hears it.
+    """
 
     def __init__(self, session: zenoh.Session | None = None, sinks: tuple[Sink, ...] = ()) -> None:
         self._session = session
         self._sinks = sinks
-
-    def add_sink(self, sink: Sink) -> None:
-        """Have `sink` called with every message from now on, in the thread that says or hears it."""
-        self._sinks = (*self._sinks, sink)
 
     def connect(self, session: zenoh.Session) -> None:
         """Say everything on `session` from now on."""
