@@ -2,6 +2,7 @@
 
 import math
 import time
+from contextlib import suppress
 from typing import TextIO
 
 from foxglove_schemas_protobuf.Log_pb2 import Log
@@ -29,9 +30,10 @@ class RunConsole:
         self._bus = bus
 
     def say(self, text: str | Text) -> None:
-        """Print a line."""
+        """Print a line. A terminal that has gone is no reason to lose the run or its log."""
         line = text if isinstance(text, Text) else Text(text)
-        self._console.print(line)
+        with suppress(OSError):
+            self._console.print(line)
         message = Log(timestamp=to_timestamp(time.time_ns()), level=Log.INFO, message=line.plain, name="gi-runtime")
         self._bus.publish(CONSOLE, message)
 

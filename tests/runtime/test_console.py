@@ -1,3 +1,4 @@
+import errno
 import io
 from typing import Any
 
@@ -34,3 +35,15 @@ def test_a_person_sees_motion_place_reason_values_and_times(table_robot: Any, co
         assert piece in text
     assert "the target is in the gripper" in text
     assert text.splitlines() == said
+
+
+def test_a_terminal_that_has_gone_is_no_reason_to_end(table_robot: Any, color_models: Any) -> None:
+    class Gone(io.StringIO):
+        def write(self, text: str) -> int:
+            raise OSError(errno.EIO, "Input/output error")
+
+    said: list[Topic] = []
+    console = RunConsole(Gone(), Bus(sinks=(lambda topic, payload, time_ns: said.append(topic),)))
+    progress = run_loop(table_robot, color_models, DecisionSettings("red"), RunPlan(), (console,))
+    assert progress.grasped
+    assert said
