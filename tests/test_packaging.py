@@ -160,7 +160,7 @@ def test_edge_commands_answer_without_the_extras(installed: Path, command: str) 
     assert done.stdout.startswith(f"usage: {command}")
 
 
-@pytest.mark.parametrize("command", ["gi-collect", "gi-train", "gi-export"])
+@pytest.mark.parametrize("command", ["gi-collect", "gi-eval", "gi-export", "gi-train"])
 def test_training_commands_name_what_is_missing(installed: Path, command: str) -> None:
     done = run_installed(installed, HIDE.format(names=NOT_ON_THE_EDGE) + RUN_COMMAND, command, "--help")
     assert done.returncode == 2

@@ -8,6 +8,11 @@ def collect() -> int:
     return run_with_extra("gi-collect", "train", "grasping_invisible.training.collect_cli")
 
 
+def evaluate() -> int:
+    """Run `gi-eval`."""
+    return run_with_extra("gi-eval", "train", "grasping_invisible.training.eval_cli")
+
+
 def train() -> int:
     """Run `gi-train`."""
     return run_with_extra("gi-train", "train", "grasping_invisible.training.cli")
