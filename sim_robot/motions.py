@@ -62,6 +62,7 @@ class Primitives:
         descent = self._panda.follow(down, guarded=True)
         if descent < 1.0:
             self._retreat(closing_yaw)
+            self._panda.open_gripper()
             return Report(True, 0.0, f"blocked on the way down, {descent:.0%} of the descent")
         travelled = self._panda.follow(along, guarded=True)
         self._retreat(closing_yaw)

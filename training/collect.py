@@ -5,7 +5,6 @@ target candidate; once that is grasped, or its motions are spent, after another,
 """
 
 import os
-import signal
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -13,11 +12,11 @@ from importlib.metadata import version
 from multiprocessing import get_context
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.runtime.bundle import load_bundle
+from grasping_invisible.runtime.config import Config, to_toml
 from grasping_invisible.runtime.decision import DecisionSettings
 from grasping_invisible.runtime.errors import RobotError
 from grasping_invisible.runtime.loop import RunPlan, RunProgress, run_loop
@@ -28,6 +27,7 @@ from grasping_invisible.sim_robot.robot import SimRobot
 from grasping_invisible.sim_robot.scene import Scene
 from grasping_invisible.training.behaviour import Behaviour
 from grasping_invisible.training.experience_log import ExperienceLog, SpokenRobot
+from grasping_invisible.training.worker import prepare_worker
 
 # Style and share of the scenes of each stage, and how many grey blocks they hold (paper: 3, then 8).
 STAGES: dict[int, tuple[dict[Style, float], tuple[int, int]]] = {
@@ -87,7 +87,7 @@ def collect(collection: Collection, workers: int) -> Iterator[SceneCounts]:
     """
     collection.out.mkdir(parents=True, exist_ok=True)
     # Spawned: a fork would share PyBullet's and ONNX Runtime's threads. Leaving the pool ends its processes.
-    with get_context("spawn").Pool(workers, initializer=_prepare_worker) as pool:
+    with get_context("spawn").Pool(workers, initializer=prepare_worker) as pool:
         yield from pool.imap_unordered(partial(collect_scene, collection), collection.missing)
 
 
@@ -140,14 +140,18 @@ def _act(collection: Collection, number: int, log: ExperienceLog) -> SceneCounts
                 scene=scene.name,
                 seed=number,
                 max_motions=collection.motions,
-                config_toml=f"stage = {collection.stage}\nepsilon = {collection.epsilon}\n",
-                robot="in this process",
+                config_toml=to_toml(Config()),
+                robot=f"simulated in this process, stage {collection.stage}, epsilon {collection.epsilon:g}",
             )
             watcher = RunLog(log.bus, target, pictures=False)
             watcher.started(facts)
             plan = RunPlan(seed=number, max_motions=collection.motions)
-            run_loop(spoken, behaviour, DecisionSettings(target, robot.workspace), plan, (watcher,), runs[-1])
-            watcher.ended(facts.run_id, runs[-1], "grasped" if runs[-1].grasped else "budget", 0)
+            why = "robot"
+            try:
+                run_loop(spoken, behaviour, DecisionSettings(target, robot.workspace), plan, (watcher,), runs[-1])
+                why = "grasped" if runs[-1].grasped else "budget"
+            finally:
+                watcher.ended(facts.run_id, runs[-1], why, 0)
     except RobotError as error:
         return _counts(runs, str(error))
     finally:
@@ -170,8 +174,3 @@ def _visible_candidate(robot: SimRobot, tried: set[str], rng: np.random.Generato
 
 def _counts(runs: list[RunProgress], failure: str | None = None) -> SceneCounts:
     return SceneCounts(sum(run.motions for run in runs), sum(run.grasped for run in runs), len(runs), failure)
-
-
-def _prepare_worker() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the parent, which ends its workers
-    cv2.setNumThreads(1)

@@ -1,13 +1,11 @@
 """Measuring a bundle: many seeded runs of a suite of scenes, by the robot's own loop, judged by ground truth."""
 
-import signal
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 
-import cv2
 import msgspec
 
 from grasping_invisible.runtime.bundle import load_bundle
@@ -17,6 +15,7 @@ from grasping_invisible.runtime.loop import Goal, RunPlan, RunProgress, run_loop
 from grasping_invisible.runtime.perception import MIN_TARGET_PIXELS
 from grasping_invisible.sim_robot.robot import SimRobot
 from grasping_invisible.sim_robot.scene import WHOLE_TASK_MOTIONS, load_scene, scene_names
+from grasping_invisible.training.worker import prepare_worker
 
 SUITES = ("exploration", "coordination", "invisible")
 SEEDS_APART = 1000  # between the first seeds of two evaluations: no run is in both
@@ -35,8 +34,9 @@ class Trial:
 class TrialResult(msgspec.Struct, frozen=True):
     """What came of a run.
 
-    `success`: the goal was reached, and for a grasp ground truth agrees. `judged`: the runtime thinks so.
-    `found_truth`: ground truth shows the target at the end. `failure`: why the run was cut short, if it was.
+    `judged`: the runtime thinks that its goal is reached; an exploration ends when the segmenter sees the target.
+    `success`: the same, and for a grasp ground truth agrees. `found_truth`: ground truth shows the target at the end.
+    `failure`: why the run was cut short, if it was.
     """
 
     scene: str
@@ -83,7 +83,7 @@ def run_trials(
     """Make the runs in `workers` processes; yields each result when it is there, in no particular order."""
     run = partial(run_trial, models=models, exploration=exploration, coordination=coordination)
     # Spawned: a fork would share PyBullet's and ONNX Runtime's threads. Leaving the pool ends its processes.
-    with get_context("spawn").Pool(workers, initializer=_prepare_worker) as pool:
+    with get_context("spawn").Pool(workers, initializer=prepare_worker) as pool:
         yield from pool.imap_unordered(run, trials)
 
 
@@ -115,8 +115,3 @@ def run_trial(trial: Trial, models: Path | None, exploration: str, coordination:
         decision_ms=tuple(progress.decision_ms),
         failure=failure,
     )
-
-
-def _prepare_worker() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the parent, which ends its workers
-    cv2.setNumThreads(1)
