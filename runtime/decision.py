@@ -27,6 +27,8 @@ from grasping_invisible.runtime.motion import (
     feasible_grasps,
     feasible_pushes,
     grasp_height,
+    low_grasps,
+    open_pushes,
     push_heights,
     pushes_towards,
 )
@@ -192,11 +194,11 @@ class _Situation:
 def _coordinate(situation: _Situation, q_maps: QMaps, models: Models) -> Decision | None:
     """The coordinator's decision; None where no push and no grasp is possible."""
     perception = situation.perception
-    workspace = perception.maps.workspace
+    maps, workspace = perception.maps, perception.maps.workspace
     coordination = coordinate(
         q_maps,
         situation.pushes & situation.untried(gi.PUSH) & pushes_towards(perception.mask, workspace),
-        feasible_grasps(perception.mask, workspace.resolution) & situation.untried(gi.GRASP),
+        low_grasps(maps, feasible_grasps(perception.mask, workspace.resolution)) & situation.untried(gi.GRASP),
         situation.border,
         situation.memory.consecutive_grasp_failures,
         models.grasp_probability,
@@ -249,7 +251,10 @@ def _explore(situation: _Situation, q_maps: QMaps, exploration: ExplorationMaps)
 def _pushes_left(situation: _Situation) -> tuple[NDArray[np.bool_], str]:
     """The pushes to choose from, never none, and what a person should know about them."""
     untried_pushes = situation.untried(gi.PUSH)
-    open_way = ends_inside(situation.perception.maps.workspace)
+    workspace = situation.perception.maps.workspace
+    open_way = open_pushes(workspace, situation.heights)
+    if not open_way.any():
+        return ends_inside(workspace), "; everything seems too high to be reached"
     for allowed, caveat in (
         (situation.pushes & untried_pushes, ""),
         (situation.pushes, "; all that was left was tried before"),

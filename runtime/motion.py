@@ -14,6 +14,8 @@ from grasping_invisible.runtime.rotation import ACTION_CELLS, ANGLES, action_gri
 from grasping_invisible.runtime.workspace import PUSH_LENGTH, ROTATIONS, Workspace
 
 MIN_TCP_HEIGHT = 0.015  # metres above the table, of every motion
+# And no motion starts above this one: what looks taller is no clutter, and the arm travels at 0.25 m.
+MAX_TCP_HEIGHT = 0.24
 GRASP_DEPTH = 0.03  # metres below the local top, to which a grasp descends
 GRASP_TOP_PERCENTILE = 80.0  # of the heights around a grasp: the top, were half of them beside the object
 GRASP_REACH = 0.008  # metres around a grasp's cell in which the top is looked for
@@ -63,7 +65,8 @@ def feasible_pushes(maps: Heightmaps, heights: NDArray[np.float32]) -> NDArray[n
     """Which pushes can be made and would meet something: (16, 112, 112) bool.
 
     `heights`: of `push_heights`. A push is left out where it would end nearer than `PUSH_END_INSET` to the
-    workspace's edge or beyond it, or where nothing along its way stands higher than the TCP.
+    workspace's edge or beyond it, where it would start above `MAX_TCP_HEIGHT`, or where nothing along its way stands
+    higher than the TCP.
     """
     ahead = np.zeros_like(heights)
     steps = math.ceil(PUSH_LENGTH / FINGERS_ALONG)
@@ -75,7 +78,12 @@ def feasible_pushes(maps: Heightmaps, heights: NDArray[np.float32]) -> NDArray[n
             rows, columns = round(-distance * math.sin(yaw)), round(distance * math.cos(yaw))
             here, there = _overlap(rows, columns)
             np.maximum(ahead[k][here], footprints[k][there], out=ahead[k][here])
-    return ends_inside(maps.workspace) & (ahead > heights + np.float32(PUSH_OVERLAP))
+    return open_pushes(maps.workspace, heights) & (ahead > heights + np.float32(PUSH_OVERLAP))
+
+
+def open_pushes(workspace: Workspace, heights: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Which pushes can be made, be it through thin air: (16, 112, 112) bool. `heights`: of `push_heights`."""
+    return ends_inside(workspace) & (heights <= np.float32(MAX_TCP_HEIGHT))
 
 
 def pushes_towards(mask: NDArray[np.bool_], workspace: Workspace) -> NDArray[np.bool_]:
@@ -116,6 +124,19 @@ def feasible_grasps(mask: NDArray[np.bool_], resolution: float) -> NDArray[np.bo
         return np.zeros((ROTATIONS, ACTION_CELLS, ACTION_CELLS), np.bool_)
     near = distance_to(mask) * resolution <= GRASP_MARGIN + 1e-6
     return np.broadcast_to(_blocks(near).any(axis=(1, 3)), (ROTATIONS, ACTION_CELLS, ACTION_CELLS))
+
+
+def low_grasps(maps: Heightmaps, grasps: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Those of some grasps, (16, 112, 112) bool, whose TCP stays at or below `MAX_TCP_HEIGHT`."""
+    tall = _blocks(maps.height > MAX_TCP_HEIGHT + GRASP_DEPTH).any(axis=(1, 3))
+    if not tall.any():
+        return grasps
+    reach = math.ceil(GRASP_REACH / maps.workspace.size * ACTION_CELLS)
+    near_tall = cv2.dilate(tall.astype(np.uint8), np.ones((2 * reach + 1,) * 2, np.uint8)) > 0
+    low = grasps.copy()
+    for row, column in np.argwhere(near_tall & grasps.any(axis=0)):
+        low[:, row, column] &= grasp_height(maps, row, column) <= MAX_TCP_HEIGHT
+    return low
 
 
 def _footprint_heights(maps: Heightmaps) -> NDArray[np.float32]:

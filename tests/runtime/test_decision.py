@@ -12,6 +12,7 @@ from grasping_invisible.runtime.frame import Camera, RgbdFrame
 from grasping_invisible.runtime.memory import FruitlessAction, Memory, memory_from_message
 from grasping_invisible.runtime.motion import cell_position
 from grasping_invisible.runtime.rotation import to_action_grid
+from grasping_invisible.runtime.safety import SafetyLimits, check_command
 from grasping_invisible.runtime.workspace import ROTATIONS, Workspace
 
 SETTINGS = DecisionSettings("red")
@@ -137,6 +138,16 @@ def test_an_empty_table_still_gives_a_push_that_stays_inside(perceived):
     decision = deliberate(perceived(), Memory(), PlainModels(0.8), SETTINGS, 0).decision
     assert decision.kind == gi.PUSH
     assert "nothing stands high enough" in decision.why
+
+
+@pytest.mark.parametrize("color", ["red", "grey"])
+def test_a_wild_patch_never_brings_a_command_above_the_limit(perceived, color):
+    """The rim of the workspace and a patch in it read 0.29 m high, above what a command may ask for."""
+    table = (0.53, 0.0, 0.4, 0.0, color)
+    wild = perceived((0.53, 0.0, 0.448, 0.29, color), table, (0.55, 0.05, 0.06, 0.29, color))
+    for seed in range(5):
+        command = deliberate(wild, Memory(), PlainModels(0.8), SETTINGS, seed).decision.command(1, 0)
+        check_command(command, SafetyLimits(), Workspace())
 
 
 def test_the_command_is_the_decision(perceived):

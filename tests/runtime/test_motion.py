@@ -126,3 +126,28 @@ def test_only_pushes_that_pass_the_target_are_for_it(table_with, k, aside, towar
     mask = table_with((x, y, 0.04, 0.05, "red")).labels == 1
     row, column = cell_at(x - 0.08, y + aside)
     assert motion.pushes_towards(mask, WORKSPACE)[k, row, column] == towards
+
+
+def test_no_motion_starts_above_what_the_arm_may_reach(table_with):
+    x, y, _ = WORKSPACE.center
+    pile = (x, y, 0.06, 0.26, "red")  # what stands on it could be pushed, were it not so high
+    maps = table_with(pile, (x + 0.06, y, 0.04, 0.29, "red"), (x - 0.12, y, 0.04, 0.05, "red"))
+    heights = motion.push_heights(maps)
+    on_top = cell_at(x, y)
+    assert heights[0][on_top] > motion.MAX_TCP_HEIGHT
+    assert not motion.feasible_pushes(maps, heights)[0][on_top]
+    assert not motion.open_pushes(WORKSPACE, heights)[0][on_top]
+
+    aimed = motion.feasible_grasps(maps.labels == 1, WORKSPACE.resolution)
+    low = motion.low_grasps(maps, aimed)
+    for row, column in np.argwhere(aimed[0]):
+        assert low[0, row, column] == (motion.grasp_height(maps, row, column) <= motion.MAX_TCP_HEIGHT)
+    assert (aimed & ~low).any()
+    assert low[:, *cell_at(x - 0.12, y)].all()
+
+
+def test_a_single_wild_reading_does_not_forbid_a_grasp(table_with):
+    maps = table_with((0.5, 0.0, 0.05, 0.05, "red"))
+    maps.height[WORKSPACE.cell_of(0.5, 0.0)] = 0.3
+    aimed = motion.feasible_grasps(maps.labels == 1, WORKSPACE.resolution)
+    np.testing.assert_array_equal(motion.low_grasps(maps, aimed), aimed)
