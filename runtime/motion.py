@@ -128,11 +128,11 @@ def feasible_grasps(mask: NDArray[np.bool_], resolution: float) -> NDArray[np.bo
 
 def low_grasps(maps: Heightmaps, grasps: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Those of some grasps, (16, 112, 112) bool, whose TCP stays at or below `MAX_TCP_HEIGHT`."""
-    tall = _blocks(maps.height > MAX_TCP_HEIGHT + GRASP_DEPTH).any(axis=(1, 3))
+    tall = np.asarray(_blocks(maps.height > MAX_TCP_HEIGHT + GRASP_DEPTH).any(axis=(1, 3)), np.uint8)
     if not tall.any():
         return grasps
     reach = math.ceil(GRASP_REACH / maps.workspace.size * ACTION_CELLS)
-    near_tall = cv2.dilate(tall.astype(np.uint8), np.ones((2 * reach + 1,) * 2, np.uint8)) > 0
+    near_tall = cv2.dilate(tall, np.ones((2 * reach + 1,) * 2, np.uint8)) > 0
     low = grasps.copy()
     for row, column in np.argwhere(near_tall & grasps.any(axis=0)):
         low[:, row, column] &= grasp_height(maps, row, column) <= MAX_TCP_HEIGHT
