@@ -34,6 +34,7 @@ from grasping_invisible.runtime.timing import percentile
 
 UNKNOWN_SCENE = "unknown"  # whatever lies before a robot on the link
 DEFAULT_MAX_MOTIONS = 15
+Point = tuple[float, float, float]
 _END_SECONDS = 1.8  # for cleaning up after an interruption
 
 
@@ -73,6 +74,7 @@ def _start_simulator(request: RunRequest, stack: ExitStack) -> SimProcess | None
 
 def _task(request: RunRequest, announced: SimAnnouncement | None) -> _Task:
     if announced is not None:
+        _check_center(request.config.workspace.center, announced.workspace_center)
         return _Task(
             announced.endpoint,
             announced.scene,
@@ -82,6 +84,15 @@ def _task(request: RunRequest, announced: SimAnnouncement | None) -> _Task:
     assert request.locator is not None  # or a simulator would have announced itself
     assert request.target is not None  # the command line asks for it
     return _Task(request.locator, UNKNOWN_SCENE, request.target, request.max_motions or DEFAULT_MAX_MOTIONS)
+
+
+def _check_center(wanted: Point, simulated: Point) -> None:
+    """The simulator builds its table in one place, and would refuse most motions meant for another."""
+    if wanted != simulated:
+        raise BadInput(
+            f"[workspace] center is {list(wanted)} in the config, but the simulator's is {list(simulated)}; "
+            "leave it out with --robot sim"
+        )
 
 
 class _Run:

@@ -24,6 +24,7 @@ class SimAnnouncement(msgspec.Struct, frozen=True):
     scene: str
     target: str
     max_motions: int
+    workspace_center: tuple[float, float, float]  # base frame, metres
 
 
 class SimProcess:

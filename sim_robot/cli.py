@@ -3,7 +3,6 @@
 import argparse
 import os
 import signal
-import socket
 import sys
 import threading
 from contextlib import ExitStack
@@ -60,12 +59,13 @@ def _run(options: argparse.Namespace) -> int:
             f"the simulator needs {error.name}, which is not installed: pip install 'grasping-invisible[sim]'"
         ) from error
     scene = load_scene(options.scene)
-    endpoint = options.listen or f"tcp/127.0.0.1:{_free_port()}"
     with ExitStack() as stack:
-        node = SimNode(scene, options.seed, endpoint, options.camera_hz, gui=options.gui)
+        node = SimNode(scene, options.seed, options.listen, options.camera_hz, gui=options.gui)
         stack.callback(node.close)
         stack.callback(finish_within, _END_SECONDS, EXIT_INTERRUPTED)
-        announcement = SimAnnouncement(endpoint, scene.name, scene.target, scene.motions_to_grasp)
+        announcement = SimAnnouncement(
+            node.endpoint, scene.name, scene.target, scene.motions_to_grasp, node.workspace.center
+        )
         print(announce(announcement), file=announcements, flush=True)
         node.run()
     return 0
@@ -77,12 +77,6 @@ def _own_stdout() -> TextIO:
     own = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
     return own
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 def _end_with_parent() -> None:

@@ -1,5 +1,6 @@
 """The simulated robot as a process of its own, on the link."""
 
+import socket
 import time
 from dataclasses import replace
 
@@ -8,32 +9,43 @@ from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from grasping_invisible.data.clock import to_timestamp
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.topics import PROTOCOL_VERSION, TRUTH
+from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.frame import RgbdFrame
-from grasping_invisible.runtime.robot_server import RobotServer
+from grasping_invisible.runtime.robot_server import Driver, RobotServer
+from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.sim_robot.robot import SimRobot
 from grasping_invisible.sim_robot.scene import Scene
 
 ROBOT_NAME = "simulated panda"
+PORTS_TRIED = 5  # where none is asked for
 IDLE_SECONDS = 0.5  # between two camera frames while the robot stands still
 
 
 class SimNode:
-    """Serves a `SimRobot` at `endpoint`.
+    """Serves a `SimRobot` at `endpoint`; at a free port on loopback where that is None.
 
     Camera frames go out `camera_hz` times a simulated second while the arm moves. The world stands still between
     motions, and so does its picture: while idle, the frame taken after the last motion goes out again with a new
     stamp. What a decision sees therefore never depends on how fast either process runs.
     """
 
-    def __init__(self, scene: Scene, seed: int, endpoint: str, camera_hz: float, *, gui: bool = False) -> None:
+    def __init__(self, scene: Scene, seed: int, endpoint: str | None, camera_hz: float, *, gui: bool = False) -> None:
         self._camera_period = 1.0 / camera_hz
         self._next_frame_at = 0.0
         self._robot = SimRobot(scene, seed, gui=gui, on_tick=self._tick)
         try:
-            self._server = RobotServer(endpoint, self)
+            if endpoint is None:
+                self.endpoint, self._server = serve_at_free_port(self)
+            else:
+                self.endpoint, self._server = endpoint, RobotServer(endpoint, self)
         except BaseException:
             self._robot.close()
             raise
+
+    @property
+    def workspace(self) -> Workspace:
+        """Where the simulated clutter lies."""
+        return self._robot.workspace
 
     def run(self) -> None:
         """Serve until interrupted."""
@@ -87,3 +99,25 @@ class SimNode:
     def _publish(self, frame: RgbdFrame) -> None:
         transforms: FrameTransforms = self._robot.transforms(frame.stamp_ns)
         self._server.publish_frame(frame, transforms, self._robot.joint_states(frame.stamp_ns))
+
+
+def serve_at_free_port(driver: Driver) -> tuple[str, RobotServer]:
+    """The endpoint on loopback and the server that listens there. Raises `BadInput` where none can be had.
+
+    Another process may take a port between its being found free and our listening there: then the next is tried.
+    """
+    refusal = None
+    for _ in range(PORTS_TRIED):
+        endpoint = f"tcp/127.0.0.1:{free_port()}"
+        try:
+            return endpoint, RobotServer(endpoint, driver)
+        except BadInput as error:
+            refusal = error
+    raise BadInput(f"no port on loopback can be listened at: {refusal}")
+
+
+def free_port() -> int:
+    """A TCP port on loopback that nobody listens at now."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]

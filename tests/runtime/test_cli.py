@@ -177,6 +177,14 @@ def test_wrong_input_is_one_line_and_its_exit_code(
     assert "Traceback" not in err
 
 
+def test_a_workspace_that_is_not_the_simulators_is_bad_input(tmp_path: Path) -> None:
+    (tmp_path / "moved.toml").write_text("[workspace]\ncenter = [0.6, 0.0, 0.0]\n")
+    code, _, err = finished(tmp_path, "--scene", SCENE, "--config", "moved.toml")
+    assert code == 2
+    assert "[0.6, 0.0, 0.0]" in err.splitlines()[-1]
+    assert "[0.53, 0.0, 0.0]" in err.splitlines()[-1]
+
+
 def test_nobody_at_the_locator_is_a_link_failure(tmp_path: Path) -> None:
     (tmp_path / "quick.toml").write_text("[link]\nconnect_seconds = 0.3\n")
     arguments = ["--robot", "tcp/127.0.0.1:9", "--target", "red", "--config", "quick.toml", "--json"]
