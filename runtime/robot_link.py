@@ -105,7 +105,7 @@ class ZenohRobot:
             raise
         finally:
             self._active_command_id = 0
-        self._frames_from_ns = to_ns(outcome.ended)
+        self._frames_from_ns = _end_of(command, outcome)
         return outcome
 
     def stop(self, reason: str) -> None:
@@ -254,3 +254,14 @@ class ZenohRobot:
             return gi.CommandReply.FromString(replies[0])
         except DecodeError as error:
             raise LinkError(f"the robot's answer to command {command.id} is no CommandReply") from error
+
+
+def _end_of(command: gi.MotionCommand, outcome: gi.MotionOutcome) -> int:
+    """When a motion ended, on the robot's clock. Raises `RobotError` where that cannot be: frames are chosen by it."""
+    started, ended = to_ns(outcome.started), to_ns(outcome.ended)
+    if ended <= 0 or ended < started:
+        motion = f"{gi.MotionKind.Name(command.kind)} {command.id}"
+        raise RobotError(
+            f"the robot's outcome of {motion} is out of time: started at {started} ns, ended at {ended} ns"
+        )
+    return ended

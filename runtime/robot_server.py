@@ -4,6 +4,7 @@ import queue
 import threading
 import time
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import Protocol
 
 import zenoh
@@ -22,6 +23,7 @@ from grasping_invisible.data.topics import (
     DEPTH_IMAGE,
     JOINTS,
     OUTCOME,
+    PROTOCOL_VERSION,
     ROBOT_HEALTH,
     ROBOT_TOKEN,
     RUNTIME_HEALTH,
@@ -58,11 +60,28 @@ class Driver(Protocol):
         ...
 
 
+@dataclass(frozen=True, eq=False)
+class _Stop:
+    """A stop somebody asked for. Compared by identity: a later one is another, whatever its reason."""
+
+    reason: str
+
+
+@dataclass(frozen=True)
+class _Request:
+    """A command as heard, and the stop that held then."""
+
+    query: zenoh.Query
+    command: gi.MotionCommand
+    stop: _Stop | None
+
+
 class RobotServer:
     """Serves a driver at `endpoint`.
 
     `next_command` and `carry_out` belong to one thread, the driver's; the heartbeat and the watch over the runtime
-    run beside it, so that a stop gets through to a robot in motion.
+    run beside it, so that a stop gets through to a robot in motion. A stop holds, whether or not something moved when
+    it came, until a `HOME` that was asked for after it is accepted.
     """
 
     def __init__(self, endpoint: str, driver: Driver) -> None:
@@ -70,11 +89,11 @@ class RobotServer:
         self._driver = driver
         self._session = zenoh_session.listen(endpoint)
         self.bus = Bus(self._session)
-        self._requests: queue.SimpleQueue[tuple[zenoh.Query, gi.MotionCommand]] = queue.SimpleQueue()
+        self._requests: queue.SimpleQueue[_Request] = queue.SimpleQueue()
         self._lock = threading.Lock()
         self._busy_with: int | None = None
         self._commander: str | None = None  # the run whose command is carried out
-        self._stop_reason: str | None = None
+        self._stopped: _Stop | None = None
         self._runtimes: dict[str, float] = {}  # run id: when it was last heard
         # Declarations end when they are no longer referred to.
         self._declared = (
@@ -89,13 +108,16 @@ class RobotServer:
     def next_command(self, timeout: float) -> gi.MotionCommand | None:
         """The next command that the driver accepts, its sender told so; None when none came for `timeout` s."""
         try:
-            query, command = self._requests.get(timeout=timeout)
+            request = self._requests.get(timeout=timeout)
         except queue.Empty:
             return None
-        reason = self._take_commander() or self._driver.refusal(command)
-        if reason is not None:
+        command = request.command
+        reason = self._take_commander() or self._hold(command) or self._driver.refusal(command)
+        if reason is None:
+            self._end_stop(request)
+        else:
             self._free()
-        _answer(query, command.id, reason)
+        _answer(request.query, command.id, reason)
         return command if reason is None else None
 
     def carry_out(self, command: gi.MotionCommand) -> gi.MotionOutcome:
@@ -135,7 +157,19 @@ class RobotServer:
         with self._lock:
             self._busy_with = None
             self._commander = None
-            self._stop_reason = None
+
+    def _hold(self, command: gi.MotionCommand) -> str | None:
+        """Why a stop keeps the robot from carrying out a command, if it does."""
+        with self._lock:
+            if self._stopped is None or command.kind == gi.HOME:
+                return None
+            return f"stopped: {self._stopped.reason}; send HOME first"
+
+    def _end_stop(self, request: _Request) -> None:
+        """An accepted `HOME` ends the stop that it was asked for after; one that came since stops it in turn."""
+        with self._lock:
+            if request.command.kind == gi.HOME and self._stopped is request.stop:
+                self._stopped = None
 
     def _take_commander(self) -> str | None:
         """Take the one runtime that is heard for the commander; where there is not exactly one, why not to move."""
@@ -153,24 +187,38 @@ class RobotServer:
         return [run for run, heard_at in self._runtimes.items() if now - heard_at < RUNTIME_SILENCE]
 
     def _beat(self) -> None:
+        try:
+            health = self._driver.heartbeat()
+        except Exception as error:  # this thread watches over the runtime, too, and must go on
+            health = _fault(f"the driver's heartbeat failed: {error!r}")
+            self._latch(health.detail)
         with self._lock:
-            busy_with, reason = self._busy_with, self._stop_reason
+            busy_with, stopped = self._busy_with, self._stopped
+            reason = None if stopped is None else stopped.reason
             # Others may be heard; only the one that commanded the motion watches over it.
             if self._commander is not None and self._commander not in self._living_runtimes():
                 reason = reason or f"the runtime has been silent for {RUNTIME_SILENCE:g} s"
         if busy_with is not None and reason is not None:
-            # Again at every beat: a stop that came before the driver had begun to move must not be lost.
-            self._driver.request_stop(reason)
-        health = self._driver.heartbeat()
+            try:
+                # Again at every beat: a stop that came before the driver had begun to move must not be lost.
+                self._driver.request_stop(reason)
+            except Exception as error:
+                health = _fault(f"the driver cannot be stopped: {error!r}")
+        elif reason is not None and health.state != gi.ROBOT_FAULT:
+            health.state, health.detail = gi.SAFE_STOP, reason
         health.active_command_id = busy_with or 0
         self.bus.publish(ROBOT_HEALTH, health)
 
+    def _latch(self, reason: str) -> None:
+        with self._lock:
+            self._stopped = self._stopped or _Stop(reason)
+
     def _stop(self, reason: str) -> None:
         with self._lock:
-            if self._busy_with is None:
-                return  # it stands still
-            self._stop_reason = reason
-        self._driver.request_stop(reason)
+            self._stopped = _Stop(reason)
+            busy = self._busy_with is not None
+        if busy:
+            self._driver.request_stop(reason)
 
     # ---- called by zenoh's threads; must not block ---------------------------------------------------
 
@@ -184,10 +232,11 @@ class RobotServer:
             busy_with = self._busy_with
             if busy_with is None:
                 self._busy_with = command.id
+            stopped = self._stopped
         if busy_with is not None:
             _answer(query, command.id, f"motion {busy_with} has not ended yet")
             return
-        self._requests.put((query, command))
+        self._requests.put(_Request(query, command, stopped))
 
     def _hear_stop(self, sample: zenoh.Sample) -> None:
         try:
@@ -208,7 +257,15 @@ class RobotServer:
         if sample.kind == zenoh.SampleKind.DELETE:
             with self._lock:
                 self._runtimes.clear()  # others are heard again within a heartbeat
-            self._stop("the runtime has gone")
+                busy = self._busy_with is not None
+            if busy:  # else nothing is left to stop: the next run begins with HOME anyway
+                self._stop("the runtime has gone")
+
+
+def _fault(detail: str) -> gi.RobotHealth:
+    """The heartbeat of a robot whose driver cannot give one."""
+    stamp = to_timestamp(time.time_ns())
+    return gi.RobotHealth(stamp=stamp, state=gi.ROBOT_FAULT, detail=detail, protocol_version=PROTOCOL_VERSION)
 
 
 def _answer(query: zenoh.Query, command_id: int, refusal: str | None) -> None:

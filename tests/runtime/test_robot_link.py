@@ -34,6 +34,8 @@ class StillRobot:
         self.motion_seconds = 0.05
         self.motions = 0
         self.fault = ""
+        self.heartbeat_failure: Exception | None = None
+        self.tells_time = True
         self.version = PROTOCOL_VERSION
         self.protocol_state: gi.RobotState = gi.IDLE
         self._stop = threading.Event()
@@ -53,7 +55,7 @@ class StillRobot:
         return gi.MotionOutcome(
             command_id=command.id,
             started=to_timestamp(started),
-            ended=to_timestamp(time.time_ns()),
+            ended=to_timestamp(time.time_ns()) if self.tells_time else None,
             status=gi.STOPPED if stopped else gi.COMPLETED,
             detail=self._stop_reason if stopped else "done",
         )
@@ -63,6 +65,8 @@ class StillRobot:
         self._stop.set()
 
     def heartbeat(self) -> gi.RobotHealth:
+        if self.heartbeat_failure is not None:
+            raise self.heartbeat_failure
         return gi.RobotHealth(state=self.protocol_state, robot_name="still", protocol_version=self.version)
 
     def frame(self) -> RgbdFrame:
@@ -128,6 +132,10 @@ def connected(side: Side, bus: Bus | None = None, run_id: str = "run") -> Iterat
 
 def command(number: int, x: float = 0.5) -> gi.MotionCommand:
     return gi.MotionCommand(id=number, kind=gi.PUSH, position=gi.Point(x=x, y=0, z=0.02), length=0.1)
+
+
+def home(number: int) -> gi.MotionCommand:
+    return gi.MotionCommand(id=number, kind=gi.HOME)
 
 
 def wait_until(condition: Callable[[], bool], seconds: float = 3.0) -> None:
@@ -256,6 +264,57 @@ def test_stop_ends_the_motion_with_its_reason(side: Side) -> None:
         threading.Timer(0.2, robot.stop, args=("a hand is in the way",)).start()
         outcome = robot.execute(command(1))
         assert (outcome.status, outcome.detail) == (gi.STOPPED, "a hand is in the way")
+
+
+def test_a_stop_between_motions_holds_until_home(side: Side) -> None:
+    with connected(side) as robot:
+        robot.stop("a hand is in the way")
+        wait_until(lambda: robot.health.state == gi.SAFE_STOP)
+        assert robot.health.detail == "a hand is in the way"
+        with pytest.raises(RobotError, match="stopped: a hand is in the way; send HOME first"):
+            robot.execute(command(1))
+        assert side.driver.motions == 0
+        assert robot.execute(home(2)).status == gi.COMPLETED
+        assert robot.execute(command(3)).status == gi.COMPLETED
+        wait_until(lambda: robot.health.state == gi.IDLE)
+
+
+def test_a_stop_after_home_was_asked_for_is_not_ended_by_it(side: Side) -> None:
+    side.driver.motion_seconds = 5.0
+    side.pause.set()
+    with connected(side) as robot:
+        outcomes: list[gi.MotionOutcome] = []
+        mover = threading.Thread(target=lambda: outcomes.append(robot.execute(home(1))), daemon=True)
+        mover.start()
+        wait_until(lambda: side.server._busy_with == 1)
+        robot.stop("a hand is in the way")
+        wait_until(lambda: side.server._stopped is not None)
+        side.pause.clear()
+        mover.join(3)
+        assert [outcome.status for outcome in outcomes] == [gi.STOPPED]
+        with pytest.raises(RobotError, match="send HOME first"):
+            robot.execute(command(2))
+
+
+def test_a_heartbeat_that_fails_stops_the_motion_and_is_a_fault(side: Side) -> None:
+    side.driver.motion_seconds = 5.0
+    with connected(side) as robot:
+        mover = threading.Thread(target=execute_until_closed, args=(robot,), daemon=True)
+        mover.start()
+        wait_until(lambda: side.server._busy_with == 1)
+        side.driver.heartbeat_failure = OSError("no such sensor")
+        wait_until(lambda: robot.health.state == gi.ROBOT_FAULT)
+        assert "no such sensor" in robot.health.detail
+        wait_until(lambda: side.driver.motions == 1)  # long before it would have ended by itself
+        side.driver.heartbeat_failure = None
+        wait_until(lambda: robot.health.state == gi.SAFE_STOP)  # the thread lives, the stop holds
+        mover.join(3)
+
+
+def test_an_outcome_without_a_plausible_end_is_an_error(side: Side) -> None:
+    side.driver.tells_time = False
+    with connected(side) as robot, pytest.raises(RobotError, match="outcome of PUSH 1 is out of time"):
+        robot.execute(command(1))
 
 
 def test_a_motion_that_does_not_end_is_stopped(side: Side) -> None:
