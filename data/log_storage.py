@@ -1,10 +1,12 @@
 """Where the parts of a rotated log lie, and how a folder of logs is kept within a budget."""
 
+import re
 from pathlib import Path
 
 from grasping_invisible.data.log_file import is_being_written
 
 SUFFIX = ".mcap"
+_LATER_PART = re.compile(r"\.\d{3,}$")
 
 
 def part_path(first: Path, part: int) -> Path:
@@ -20,25 +22,35 @@ def parts_of(first: Path) -> list[Path]:
     return parts
 
 
-def keep_within(folder: Path, budget_bytes: int) -> list[Path]:
-    """Remove the oldest logs of a folder until all of them fit the budget; never one being written.
+def log_name(path: Path) -> str:
+    """What the files of one log have in common: `run` of `run.mcap`, `run.001.mcap`, ..."""
+    return _LATER_PART.sub("", path.stem)
 
-    Returns what was removed. Logs that vanish meanwhile or cannot be removed are passed over.
+
+def keep_within(folder: Path, budget_bytes: int) -> list[Path]:
+    """Remove the oldest logs of a folder, each with all its parts, until the rest fits the budget.
+
+    A log with a part being written stays whole. Returns what was removed. Files that vanish meanwhile or cannot be
+    removed are passed over.
     """
     sizes = {path: status for path in folder.glob(f"*{SUFFIX}") if (status := _stat(path)) is not None}
     total = sum(size for _, size in sizes.values())
+    logs: dict[str, list[Path]] = {}
+    for path in sorted(sizes):
+        logs.setdefault(log_name(path), []).append(path)
     removed = []
-    for path in sorted(sizes, key=lambda path: (sizes[path][0], path.name)):
+    for parts in sorted(logs.values(), key=lambda parts: (max(sizes[part][0] for part in parts), parts[0].name)):
         if total <= budget_bytes:
             break
-        if is_being_written(path):
+        if any(is_being_written(part) for part in parts):
             continue
-        try:
-            path.unlink()
-        except OSError:
-            continue
-        total -= sizes[path][1]
-        removed.append(path)
+        for part in parts:
+            try:
+                part.unlink()
+            except OSError:
+                continue
+            total -= sizes[part][1]
+            removed.append(part)
     return removed
 
 

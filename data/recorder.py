@@ -26,7 +26,8 @@ class RecordingSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True)
     """How much memory and disk a recording may take; `None` means no limit.
 
     `flush_seconds` bounds what a kill can lose. A new part begins after `part_bytes` or `part_seconds`.
-    `folder_bytes` is the budget of the log's whole folder: the oldest closed logs make room.
+    `folder_bytes` is the budget of the log's whole folder: the oldest closed logs make room, each with all
+    its parts, while a log being written stays whole.
     """
 
     queue_bytes: int = 64 << 20

@@ -1,7 +1,6 @@
 """`gi-log ls`: the logs of a folder as a table."""
 
 import argparse
-import re
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -11,10 +10,8 @@ from rich.text import Text
 from grasping_invisible.data.errors import BadLog, BadRequest
 from grasping_invisible.data.log_commands import wording
 from grasping_invisible.data.log_commands.output import console
-from grasping_invisible.data.log_storage import SUFFIX
+from grasping_invisible.data.log_storage import SUFFIX, log_name
 from grasping_invisible.data.log_summary import LogSummary, summarise
-
-_LATER_PART = re.compile(r"(.+)\.\d{3}$")
 
 
 def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -58,8 +55,8 @@ def _logs_in(folder: Path) -> list[Path]:
 
 
 def _is_later_part(path: Path, paths: set[Path]) -> bool:
-    match = _LATER_PART.match(path.stem)
-    return match is not None and path.with_name(match[1] + SUFFIX) in paths
+    first = path.with_name(log_name(path) + SUFFIX)
+    return first != path and first in paths
 
 
 def _passes(summary: LogSummary, wanted: argparse.Namespace) -> bool:

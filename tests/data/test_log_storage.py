@@ -30,6 +30,23 @@ def test_a_log_being_written_stays(tmp_path: Path) -> None:
     in_use.finish()
 
 
+def test_a_log_of_which_a_part_is_being_written_stays_whole(tmp_path: Path) -> None:
+    early = [put_log(tmp_path, name, 100, 9) for name in ("run.mcap", "run.001.mcap")]
+    in_use = LogFile(tmp_path / "run.002.mcap")
+    other = put_log(tmp_path, "run-2.mcap", 100, 1)
+    assert keep_within(tmp_path, 0) == [other]
+    assert all(part.exists() for part in early)
+    in_use.finish()
+
+
+def test_a_log_goes_with_all_its_parts(tmp_path: Path) -> None:
+    parts = [put_log(tmp_path, name, 100, age) for name, age in (("old.001.mcap", 5), ("old.mcap", 9))]
+    between = put_log(tmp_path, "single.mcap", 100, 7)  # older than the old log's last part
+    newest = put_log(tmp_path, "new.mcap", 100, 1)
+    assert keep_within(tmp_path, 250) == [between, *parts]
+    assert newest.exists()
+
+
 def test_other_files_are_left_alone(tmp_path: Path) -> None:
     other = tmp_path / "notes.txt"
     other.write_bytes(bytes(1000))
