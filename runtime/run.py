@@ -26,6 +26,7 @@ from grasping_invisible.runtime.errors import (
     GraspingError,
 )
 from grasping_invisible.runtime.loop import RunPlan, RunProgress, run_loop
+from grasping_invisible.runtime.recording_watch import RecordingWatch
 from grasping_invisible.runtime.request import RunRequest
 from grasping_invisible.runtime.robot_link import ZenohRobot
 from grasping_invisible.runtime.run_log import RunFacts, RunLog
@@ -117,7 +118,8 @@ class _Run:
             robot = ZenohRobot(task.endpoint, self._bus, request.config.link, self._run_id)
             try:
                 plan = RunPlan(request.seed, task.max_motions, limits=request.config.safety)
-                run_loop(robot, self._bundle, settings, plan, (self._console, self._log), self._progress)
+                watchers = self._console, RecordingWatch(self._recorder, self._console), self._log
+                run_loop(robot, self._bundle, settings, plan, watchers, self._progress)
                 ended_because = "grasped" if self._progress.grasped else "budget"
             finally:
                 robot.close()
