@@ -118,7 +118,9 @@ def grasped_class(before: Heightmaps, after: Heightmaps | None, decision: gi.Dec
     row, column = (round(value) for value in heightmap_cell(decision, before.workspace.cells))
     near = round(GRASP_SURROUNDINGS / before.workspace.resolution / 2)
     window = (slice(max(0, row - near), row + near + 1), slice(max(0, column - near), column + near + 1))
-    candidates = np.bincount(before.labels[row - 2 : row + 3, column - 2 : column + 3].ravel(), minlength=1)
+    candidates = np.bincount(
+        before.labels[max(0, row - 2) : row + 3, max(0, column - 2) : column + 3].ravel(), minlength=1
+    )
     index = int(candidates.argmax())
     if index == 0:
         return None

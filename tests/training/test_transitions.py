@@ -8,7 +8,7 @@ from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.steps import LoggedStep
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.workspace import Workspace
-from grasping_invisible.training.transitions import Transition, heightmap_cell, transitions_of
+from grasping_invisible.training.transitions import Transition, grasped_class, heightmap_cell, transitions_of
 
 RED, BLUE = CLASSES.index("red"), CLASSES.index("blue")
 RED_AT, BLUE_AT = (56, 40), (56, 70)  # rows and columns of the action grid
@@ -96,6 +96,13 @@ def test_a_push_that_frees_the_target_earns_more() -> None:
     logged = step(gi.PUSH, 56, 30)
     (red, *_) = transitions_of(logged, crowded, scene((RED, RED_AT), (BLUE, (90, 90))), "run")
     assert (CLASSES[red.goal], red.reward) == ("red", 0.5)
+
+
+def test_what_was_grasped_at_the_very_edge_is_known() -> None:
+    before = scene()
+    before.labels[:13, :13] = BLUE
+    decision = gi.Decision(kind=gi.GRASP, row=0, column=0)
+    assert grasped_class(before, scene(), decision) == BLUE
 
 
 @pytest.mark.parametrize("status", [gi.UNREACHABLE, gi.STOPPED, gi.FAULT])
