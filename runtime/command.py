@@ -1,14 +1,19 @@
 """How a command of this project ends: by its exit code, one clear line, and within bounded time."""
 
+import _thread
 import os
 import signal
 import sys
-import threading
+import time
+import traceback
 from collections.abc import Callable
+from types import FrameType
 
-from grasping_invisible.runtime.errors import EXIT_INTERRUPTED, GraspingError
+from grasping_invisible.runtime.errors import EXIT_INTERRUPTED, EXIT_SOFTWARE, GraspingError
+from grasping_invisible.runtime.stream import write_line
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_INTERRUPTED_SECONDS = 1.8  # from a signal to the end of the process, whatever cleaning up does
 
 
 def exit_at_once_on_signals() -> None:
@@ -20,23 +25,36 @@ def exit_at_once_on_signals() -> None:
 def run_command(program: str, body: Callable[[], int]) -> int:
     """The exit code of `body`; what a person did wrong becomes one line on stderr, a signal becomes 130.
 
-    SIGTERM and SIGHUP end a command as Ctrl-C does: with `KeyboardInterrupt` in its main thread.
+    SIGTERM and SIGHUP end a command as Ctrl-C does: with `KeyboardInterrupt` in its main thread, which then has
+    1.8 s to clean up and is not interrupted again. An error nobody foresaw is told with its traceback, and 70.
     """
     for number in _SIGNALS:
-        signal.signal(number, signal.default_int_handler)
+        signal.signal(number, _interrupt)
     try:
         return body()
     except GraspingError as error:
-        print(f"{program}: {error}", file=sys.stderr, flush=True)
+        write_line(f"{program}: {error}", sys.stderr)
         return error.exit_code
     except KeyboardInterrupt:
         return EXIT_INTERRUPTED
+    except Exception as error:
+        write_line(f"{traceback.format_exc()}{program}: a fault of this program: {error!r}", sys.stderr)
+        return EXIT_SOFTWARE
 
 
 def finish_within(seconds: float, exit_code: int) -> None:
     """From now on ignore signals, and end the process in `seconds` even if cleaning up hangs."""
     for number in _SIGNALS:
         signal.signal(number, signal.SIG_IGN)
-    guard = threading.Timer(seconds, os._exit, args=(exit_code,))
-    guard.daemon = True
-    guard.start()
+
+    def end() -> None:
+        time.sleep(seconds)
+        os._exit(exit_code)
+
+    # Not threading.Thread: its start takes locks that the code a signal interrupts may hold.
+    _thread.start_new_thread(end, ())
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    finish_within(_INTERRUPTED_SECONDS, EXIT_INTERRUPTED)
+    raise KeyboardInterrupt

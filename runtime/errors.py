@@ -6,6 +6,7 @@ EXIT_GRASPED = 0
 EXIT_NOT_GRASPED = 1
 EXIT_BAD_INPUT = 2
 EXIT_ROBOT = 3
+EXIT_SOFTWARE = 70  # a fault of ours, as sysexits.h has it
 EXIT_INTERRUPTED = 130
 
 

@@ -1,0 +1,63 @@
+"""How commands end, each in a process of its own."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+PROGRAM = """
+import sys, time
+from grasping_invisible.runtime.command import run_command
+
+def body():
+    print("ready", flush=True)
+    {body}
+
+sys.exit(run_command("gi-test", body))
+"""
+
+
+def started(body: str) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-c", PROGRAM.format(body=body)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+def test_what_nobody_foresaw_is_a_traceback_and_70() -> None:
+    _, err = (process := started("[][3]")).communicate(timeout=20)
+    assert process.returncode == 70
+    assert "Traceback" in err
+    assert err.splitlines()[-1].startswith("gi-test: a fault of this program: IndexError(")
+
+
+HANGS = """
+    try:
+        print("in it", flush=True)
+        time.sleep(30)
+    finally: time.sleep(30)
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interruption_is_bounded_from_the_signal_on(number: signal.Signals) -> None:
+    process = started(HANGS)
+    assert process.stdout is not None
+    assert [process.stdout.readline() for _ in range(2)] == ["ready\n", "in it\n"]
+    at = time.monotonic()
+    process.send_signal(number)
+    time.sleep(0.1)
+    process.send_signal(number)  # the second one must not cut the cleaning up short
+    assert process.wait(5) == 130
+    assert 1.5 < time.monotonic() - at < 2.5
+    process.communicate()
+
+
+def test_nobody_left_to_read_the_complaint_changes_no_exit_code() -> None:
+    process = started("time.sleep(0.5); from grasping_invisible.runtime.errors import BadInput; raise BadInput('x')")
+    assert process.stderr is not None
+    process.stderr.close()
+    assert process.wait(20) == 2
+    assert process.stdout is not None
+    process.stdout.close()
