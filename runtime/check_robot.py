@@ -19,12 +19,12 @@ def _parser() -> argparse.ArgumentParser:
         prog="gi-robot",
         description="Look at a robot on the link before trusting it with a run.",
         epilog="Exit codes: 0 all checks passed; 1 at least one failed; 2 bad usage or bad input; "
-        "3 no robot is reached; 130 interrupted.",
+        "3 no robot is reached; 70 a fault of this program; 130 interrupted.",
     )
     verbs = parser.add_subparsers(required=True, metavar="VERB")
     check = verbs.add_parser("check", help="whether a robot keeps the protocol; it does not move unless told to")
     check.add_argument("locator", help="where the robot is, such as tcp/127.0.0.1:7447")
-    check.add_argument("--move", action="store_true", help="also send the arm home")
+    check.add_argument("--move", action="store_true", help="also send the arm home, and ask for a push out of bounds")
     check.add_argument("--config", type=Path, metavar="FILE", help="TOML; the workspace and the link's deadlines")
     return parser
 

@@ -55,7 +55,9 @@ class Hearing:
 
 
 def check_robot(locator: str, settings: LinkSettings, workspace: Workspace, *, move: bool) -> list[Check]:
-    """Connect, listen for a while, and try what must be refused. Nothing moves unless `move`.
+    """Connect, listen for a while, and try what must be refused.
+
+    Unless `move`, nothing is sent that could move even a robot that refuses nothing.
 
     Raises `BadInput` and `LinkError` as connecting does.
     """
@@ -66,9 +68,9 @@ def check_robot(locator: str, settings: LinkSettings, workspace: Workspace, *, m
         time.sleep(LISTEN_SECONDS)
         checks = [_health_rate(hearing), _clock(robot.health), *_camera_topics(hearing)]
         checks += _frame(robot, workspace)
-        checks += [_refusal(robot, workspace)]
+        checks.append(_kind(robot))
         if move:
-            checks.append(_home(robot))
+            checks += [_home(robot), _bounds(robot, workspace)]
         return checks
     finally:
         robot.close()
@@ -126,22 +128,32 @@ def _view(frame: RgbdFrame, workspace: Workspace) -> Check:
     )
 
 
-def _refusal(robot: ZenohRobot, workspace: Workspace) -> Check:
+def _kind(robot: ZenohRobot) -> Check:
+    """A kind of motion that there is not must be refused."""
+    command = gi.MotionCommand(id=1, stamp=to_timestamp(time.time_ns()), kind=gi.MOTION_KIND_UNSPECIFIED)
+    return _refusal("refusal", "a command of no kind", robot, command)
+
+
+def _bounds(robot: ZenohRobot, workspace: Workspace) -> Check:
     """A push that starts a metre outside must be refused; it would be unreachable, too."""
     command = gi.MotionCommand(
-        id=1,
+        id=3,
         stamp=to_timestamp(time.time_ns()),
         kind=gi.PUSH,
         position=gi.Point(x=workspace.high[0] + 1.0, y=workspace.center[1], z=workspace.center[2] + 0.1),
         length=PUSH_LENGTH,
     )
+    return _refusal("bounds", "a push out of bounds", robot, command)
+
+
+def _refusal(name: str, what: str, robot: ZenohRobot, command: gi.MotionCommand) -> Check:
     try:
         outcome = robot.execute(command)
     except LinkError as error:
-        return Check("refusal", False, f"no answer to a push out of bounds: {error}")
+        return Check(name, False, f"no answer to {what}: {error}")
     except RobotError as error:
-        return Check("refusal", True, str(error))
-    return Check("refusal", False, f"accepted a push out of bounds: {gi.MotionStatus.Name(outcome.status)}")
+        return Check(name, True, str(error))
+    return Check(name, False, f"accepted {what}: {gi.MotionStatus.Name(outcome.status)}")
 
 
 def _home(robot: ZenohRobot) -> Check:

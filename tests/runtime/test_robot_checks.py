@@ -28,10 +28,14 @@ from grasping_invisible.runtime.workspace import Workspace
 class CarelessDriver:
     """Accepts everything, and looks the wrong way."""
 
+    def __init__(self) -> None:
+        self.kinds: list[gi.MotionKind] = []
+
     def refusal(self, command: gi.MotionCommand) -> str | None:
         return None
 
     def execute(self, command: gi.MotionCommand) -> gi.MotionOutcome:
+        self.kinds.append(command.kind)
         now = to_timestamp(time.time_ns())
         return gi.MotionOutcome(command_id=command.id, started=now, ended=now, status=gi.COMPLETED)
 
@@ -47,7 +51,7 @@ class CarelessDriver:
 
 
 @pytest.fixture
-def careless(free_endpoint: str) -> Iterator[str]:
+def careless(free_endpoint: str) -> Iterator[tuple[str, CarelessDriver]]:
     driver = CarelessDriver()
     server = RobotServer(free_endpoint, driver)
     ended = threading.Event()
@@ -63,20 +67,24 @@ def careless(free_endpoint: str) -> Iterator[str]:
 
     thread = threading.Thread(target=serve, daemon=True)
     thread.start()
-    yield free_endpoint
+    yield free_endpoint, driver
     ended.set()
     thread.join(3)
     server.close()
 
 
-def test_a_careless_driver_fails_where_it_is_careless(careless: str) -> None:
-    checks = robot_checks.check_robot(careless, LinkSettings(), Workspace(), move=False)
+@pytest.mark.parametrize("move", [False, True])
+def test_a_careless_driver_fails_where_it_is_careless(careless: tuple[str, CarelessDriver], move: bool) -> None:
+    endpoint, driver = careless
+    checks = robot_checks.check_robot(endpoint, LinkSettings(), Workspace(), move=move)
     results = {check.name: check.passed for check in checks}
     assert results["heartbeat"] is True
     assert results["frame"] is True
     assert results["calibration"] is False
     assert results["refusal"] is False
     assert results["clock"] is None
+    assert results.get("bounds") is (False if move else None)
+    assert driver.kinds == [gi.MOTION_KIND_UNSPECIFIED, *([gi.HOME, gi.PUSH] if move else [])]
 
 
 def test_the_simulator_passes_and_the_command_says_so() -> None:
@@ -93,7 +101,7 @@ def test_the_simulator_passes_and_the_command_says_so() -> None:
         checked = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
         assert checked.returncode == 0, checked.stdout + checked.stderr
         assert "failed" not in checked.stdout
-        assert checked.stdout.count("passed") == 11
+        assert checked.stdout.count("passed") == 12
         simulator.send_signal(signal.SIGINT)
         assert simulator.wait(5) == 130
     finally:
