@@ -3,7 +3,7 @@
 import math
 import time
 from contextlib import suppress
-from typing import TextIO
+from typing import TextIO, cast
 
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from rich.console import Console
@@ -17,16 +17,24 @@ from grasping_invisible.runtime.decision import Deliberation
 from grasping_invisible.runtime.frame import RgbdFrame
 from grasping_invisible.runtime.judge import Judgement
 from grasping_invisible.runtime.perception import Perception
+from grasping_invisible.runtime.stream import let_go
 
 _INDENT = "      "
 _KIND_STYLE = {gi.PUSH: "bold yellow", gi.GRASP: "bold green"}
+
+
+class _Output(Console):
+    def on_broken_pipe(self) -> None:
+        """A watcher who leaves must not stop a robot; rich would end the process."""
+        self.quiet = True
+        let_go(cast(TextIO, self.file))
 
 
 class RunConsole:
     """A watcher of the loop that prints, and says on the bus what it printed."""
 
     def __init__(self, stream: TextIO, bus: Bus) -> None:
-        self._console = Console(file=stream, highlight=False, soft_wrap=True)
+        self._console = _Output(file=stream, highlight=False, soft_wrap=True)
         self._bus = bus
 
     def say(self, text: str | Text) -> None:

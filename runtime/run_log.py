@@ -1,9 +1,12 @@
 """Turns what the loop does into messages on the bus. What takes long is done in a thread of its own."""
 
+import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+
+from foxglove_schemas_protobuf.Log_pb2 import Log
 
 from grasping_invisible.data.clock import to_timestamp
 from grasping_invisible.data.heightmap_message import HeightmapArrays, encode_heightmaps
@@ -11,6 +14,7 @@ from grasping_invisible.data.images import encode_color, encode_labels
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.q_map_message import QMapArrays, encode_q_maps
 from grasping_invisible.data.topics import (
+    CONSOLE,
     DECISION,
     HEIGHTMAPS,
     MARKERS,
@@ -29,6 +33,7 @@ from grasping_invisible.runtime.loop import RunProgress
 from grasping_invisible.runtime.markers import decision_markers
 from grasping_invisible.runtime.perception import Perception
 from grasping_invisible.runtime.picture import draw_decision
+from grasping_invisible.runtime.stream import write_line
 from grasping_invisible.runtime.timing import percentile
 
 _VIEW_QUALITY = 88
@@ -53,7 +58,8 @@ class RunFacts:
 class RunLog:
     """A watcher of the loop that says on the bus what it saw, decided and concluded.
 
-    Without `pictures` it leaves out what people look at: segmentation, Q maps, markers and the view.
+    Without `pictures` it leaves out what people look at: segmentation, Q maps, markers and the view. A picture that
+    cannot be made is missing from the log; that is told once, and the run goes on.
     """
 
     def __init__(self, bus: Bus, target: str, *, pictures: bool = True) -> None:
@@ -62,6 +68,7 @@ class RunLog:
         self._target = target
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="run log")
         self._pending: list[Future[None]] = []
+        self._complained = False
 
     def started(self, facts: RunFacts) -> None:
         """Say what this run is."""
@@ -116,7 +123,19 @@ class RunLog:
         )
 
     def _later(self, say: Callable[..., None], *arguments: object) -> None:
-        self._pending.append(self._worker.submit(say, *arguments))
+        self._pending.append(self._worker.submit(self._try, say, *arguments))
+
+    def _try(self, say: Callable[..., None], *arguments: object) -> None:
+        try:
+            say(*arguments)
+        except Exception as error:
+            if self._complained:
+                return
+            self._complained = True
+            line = f"the log will lack pictures or maps, the run goes on: {error!r}"
+            now = to_timestamp(time.time_ns())
+            self._bus.publish(CONSOLE, Log(timestamp=now, level=Log.WARNING, message=line, name="run log"))
+            write_line(line, sys.stderr)
 
     def _finish_pending(self) -> None:
         for pending in self._pending:

@@ -1,5 +1,6 @@
 import errno
 import io
+import os
 from typing import Any
 
 from grasping_invisible.data.topics import CONSOLE, Topic
@@ -35,6 +36,17 @@ def test_a_person_sees_motion_place_reason_values_and_times(table_robot: Any, co
         assert piece in text
     assert "the target is in the gripper" in text
     assert text.splitlines() == said
+
+
+def test_a_reader_that_has_gone_is_no_reason_to_end(table_robot: Any, color_models: Any) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    with os.fdopen(writing, "w") as stream:
+        said: list[Topic] = []
+        console = RunConsole(stream, Bus(sinks=(lambda topic, payload, time_ns: said.append(topic),)))
+        progress = run_loop(table_robot, color_models, DecisionSettings("red"), RunPlan(), (console,))
+    assert progress.grasped
+    assert len(said) > 4
 
 
 def test_a_terminal_that_has_gone_is_no_reason_to_end(table_robot: Any, color_models: Any) -> None:

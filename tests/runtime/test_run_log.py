@@ -9,6 +9,7 @@ from grasping_invisible.data import topics
 from grasping_invisible.data.images import decode_color, decode_labels
 from grasping_invisible.data.recorder import Recorder
 from grasping_invisible.data.steps import steps
+from grasping_invisible.runtime import run_log
 from grasping_invisible.runtime.bus import Bus
 from grasping_invisible.runtime.decision import DecisionSettings
 from grasping_invisible.runtime.loop import RunPlan, run_loop
@@ -83,6 +84,25 @@ def test_markers_point_where_the_decision_does(heard: Heard) -> None:
         positions = [drawn.pose.position for drawn in (*motion.arrows, *motion.cubes)]
         assert np.mean([p.x for p in positions]) == pytest.approx(decision.position.x)
         assert np.mean([p.y for p in positions]) == pytest.approx(decision.position.y)
+
+
+def test_a_picture_that_fails_is_told_once_and_ends_no_run(
+    table_robot: Any, color_models: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(*_: object) -> None:
+        raise ValueError("no paint left")
+
+    monkeypatch.setattr(run_log, "draw_decision", fail)
+    heard = Heard()
+    log = RunLog(Bus(sinks=(heard,)), "red")
+    progress = run_loop(table_robot, color_models, DecisionSettings("red"), RunPlan(), (log,))
+    log.ended("r", progress, "grasped", 0)
+    assert progress.grasped
+    (told,) = heard.of(topics.CONSOLE)
+    assert "no paint left" in told.message
+    assert capsys.readouterr().err.splitlines() == [told.message]
+    assert len(heard.of(topics.HEIGHTMAPS)) == 3
+    assert not heard.of(topics.VIEW)
 
 
 def test_the_log_reads_back_as_steps(heard: Heard, tmp_path: Path) -> None:
