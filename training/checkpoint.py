@@ -16,7 +16,7 @@ class Checkpoint:
     """One network.
 
     `weights`: its state dictionary. `trained_on`: counts, seeds, sources. `scores`: on held-out data.
-    `resume`: optimizer, step and random state of a training that can go on; empty once it is finished.
+    `resume`: steps and fingerprint of the data; until the training is finished, what it needs to go on as well.
     """
 
     kind: str

@@ -18,9 +18,9 @@ MAX_GRADIENT = 5.0  # norm
 class Session:
     """Trains one network by one optimizer over a one-cycle learning rate.
 
-    Goes on from the checkpoint at `path` if that was interrupted with the same number of steps; a finished
-    one with as many steps is only scored again. A batch may depend on the step's number alone, never on
-    state that a checkpoint does not hold (see `memory`).
+    Goes on from the checkpoint at `path` if that was interrupted with the same data and number of steps; a finished
+    one with the same is only scored again, and any other is left as it is and refused. A batch may depend on the
+    step's number alone, never on state that a checkpoint does not hold (see `memory`).
     """
 
     def __init__(
@@ -31,12 +31,14 @@ class Session:
         optimizer: torch.optim.Optimizer,
         learning_rate: float,
         steps: int,
+        data: str,
         memory: dict[str, torch.Tensor] | None = None,
     ) -> None:
-        """`memory`: tensors that steps change in place, kept in checkpoints too. Raises `BadInput` where the
-        checkpoint cannot be used.
+        """`data`: a fingerprint of what is trained on. `memory`: tensors that steps change in place, kept in
+        checkpoints too. Raises `BadInput` where the checkpoint there cannot be used.
         """
-        self.kind, self.path, self.net, self.optimizer, self.steps = kind, path, net, optimizer, steps
+        self.kind, self.path, self.net, self.optimizer = kind, path, net, optimizer
+        self.steps, self.data = steps, data
         self.memory = memory or {}
         self.step = 0
         self.schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, learning_rate, total_steps=steps, pct_start=0.15)
@@ -65,7 +67,9 @@ class Session:
 
     def finish(self, scores: dict[str, float], trained_on: dict[str, str | int | float]) -> Checkpoint:
         """Write the finished network with its scores."""
-        checkpoint = Checkpoint(self.kind, self.net.state_dict(), trained_on, scores, {"steps": self.steps})
+        checkpoint = Checkpoint(
+            self.kind, self.net.state_dict(), trained_on, scores, {"steps": self.steps, "data": self.data}
+        )
         save_checkpoint(self.path, checkpoint)
         return checkpoint
 
@@ -73,6 +77,7 @@ class Session:
         """Write what is needed to go on."""
         resume = {
             "steps": self.steps,
+            "data": self.data,
             "step": self.step,
             "optimizer": self.optimizer.state_dict(),
             "schedule": self.schedule.state_dict(),
@@ -90,8 +95,8 @@ class Session:
         return float(loss.detach())
 
     def _resume(self, checkpoint: Checkpoint) -> None:
-        if checkpoint.resume.get("steps") != self.steps:
-            return
+        if (checkpoint.resume.get("steps"), checkpoint.resume.get("data")) != (self.steps, self.data):
+            raise BadInput(f"{self.path} was trained on other data or for other steps; give --out another folder")
         load_weights(self.net, checkpoint, self.path)
         if checkpoint.scores:
             self.step = self.steps
@@ -101,5 +106,5 @@ class Session:
         self.schedule.load_state_dict(checkpoint.resume["schedule"])
         for name, tensor in checkpoint.resume["memory"].items():
             if name not in self.memory or self.memory[name].shape != tensor.shape:
-                raise BadInput(f"{self.path} was begun on other data; give --out another folder")
+                raise BadInput(f"{self.path} was trained on other data or for other steps; give --out another folder")
             self.memory[name].copy_(tensor)

@@ -1,5 +1,6 @@
 """Training the action classifier from logged grasps (paper, section VI-B and appendix C)."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,7 @@ from grasping_invisible.training.classifier_net import ClassifierNet
 from grasping_invisible.training.critic_net import CriticNet
 from grasping_invisible.training.critic_score import auc
 from grasping_invisible.training.critic_values import best_values, q_maps
+from grasping_invisible.training.fingerprint import data_fingerprint, weights_fingerprint
 from grasping_invisible.training.progress import bar
 from grasping_invisible.training.session import Session
 from grasping_invisible.training.split import split
@@ -63,7 +65,9 @@ def train_classifier(settings: ClassifierTraining, transitions: Sequence[Transit
     torch.manual_seed(settings.seed)
     net = ClassifierNet()
     optimizer = torch.optim.AdamW(net.parameters(), settings.learning_rate, weight_decay=WEIGHT_DECAY)
-    session = Session("classifier", settings.checkpoint, net, optimizer, settings.learning_rate, settings.steps)
+    runs = Counter(transition.run for transition in transitions)
+    data = data_fingerprint(runs | Counter({weights_fingerprint(critic.state_dict()): 1}))
+    session = Session("classifier", settings.checkpoint, net, optimizer, settings.learning_rate, settings.steps, data)
     if not session.finished:
         net.train()
         session.run(lambda step: _loss(net, taught, settings, step), console)

@@ -1,5 +1,6 @@
 """Training the critic from logged motions (paper, sections V-A and VI, appendix C)."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,7 @@ from grasping_invisible.training.critic_batch import example, executed_values
 from grasping_invisible.training.critic_net import CriticNet
 from grasping_invisible.training.critic_score import score_critic
 from grasping_invisible.training.critic_values import best_values, q_maps
+from grasping_invisible.training.fingerprint import data_fingerprint
 from grasping_invisible.training.progress import bar
 from grasping_invisible.training.session import Session
 from grasping_invisible.training.split import split
@@ -62,6 +64,7 @@ def train_critic(settings: CriticTraining, transitions: Sequence[Transition], co
         optimizer,
         settings.learning_rate,
         settings.steps,
+        data_fingerprint(Counter(transition.run for transition in transitions)),
         {"targets": replay.targets, "errors": replay.errors},
     )
     ends = [settings.steps * (index + 1) // settings.rounds for index in range(settings.rounds)]

@@ -11,6 +11,7 @@ from torch.nn import functional
 
 from grasping_invisible.training.augment import draw_crop
 from grasping_invisible.training.checkpoint import Checkpoint, source_commit
+from grasping_invisible.training.fingerprint import data_fingerprint
 from grasping_invisible.training.progress import bar
 from grasping_invisible.training.renders import HELD_OUT_SEEDS, VIEWS, Views, load_pile, render_missing
 from grasping_invisible.training.segmenter_net import SegmenterGraph, SegmenterNet
@@ -37,14 +38,15 @@ def train_segmenter(settings: SegmenterTraining, console: Console) -> Checkpoint
     """Render what is missing, train, score on held-out piles; resumes from the checkpoint where there is one."""
     seeds = range(settings.seed * settings.piles, (settings.seed + 1) * settings.piles)
     held_out = range(HELD_OUT_SEEDS, HELD_OUT_SEEDS + settings.held_out)
+    torch.manual_seed(settings.seed)
+    net = SegmenterNet()
+    optimizer = torch.optim.AdamW(net.parameters(), settings.learning_rate, weight_decay=1e-4)
+    data = data_fingerprint({str(seed): VIEWS for seed in (*seeds, *held_out)})
+    session = Session("segmenter", settings.checkpoint, net, optimizer, settings.learning_rate, settings.steps, data)
     with bar("rendering", len(seeds) + len(held_out), console) as advance:
         for _ in render_missing(settings.renders, [*held_out, *seeds]):
             advance()
 
-    torch.manual_seed(settings.seed)
-    net = SegmenterNet()
-    optimizer = torch.optim.AdamW(net.parameters(), settings.learning_rate, weight_decay=1e-4)
-    session = Session("segmenter", settings.checkpoint, net, optimizer, settings.learning_rate, settings.steps)
     if not session.finished:
         piles = [load_pile(settings.renders, seed) for seed in seeds]
         net.train()

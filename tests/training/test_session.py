@@ -6,6 +6,7 @@ import torch
 from rich.console import Console
 
 from grasping_invisible.runtime.errors import BadInput
+from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights, save_checkpoint
 from grasping_invisible.training.session import Session
 
 STEPS = 40
@@ -17,7 +18,7 @@ def fit(path: Path, stop_at: int | None = None) -> tuple[torch.nn.Linear, Sessio
     net = torch.nn.Linear(1, 1)
     optimizer = torch.optim.AdamW(net.parameters(), 0.1)
     touched = torch.zeros(STEPS)
-    session = Session("line", path, net, optimizer, 0.1, STEPS, {"touched": touched})
+    session = Session("line", path, net, optimizer, 0.1, STEPS, "data", {"touched": touched})
 
     def loss(step: int) -> torch.Tensor:
         if step == stop_at:
@@ -54,4 +55,29 @@ def test_other_data_than_it_was_begun_on_is_refused(tmp_path: Path) -> None:
     net = torch.nn.Linear(1, 1)
     optimizer = torch.optim.AdamW(net.parameters(), 0.1)
     with pytest.raises(BadInput, match="other data"):
-        Session("line", tmp_path / "line.pt", net, optimizer, 0.1, STEPS, {"touched": torch.zeros(7)})
+        Session("line", tmp_path / "line.pt", net, optimizer, 0.1, STEPS, "data", {"touched": torch.zeros(7)})
+
+
+@pytest.mark.parametrize(("steps", "data"), [(STEPS, "more data"), (STEPS + 1, "data")])
+@pytest.mark.parametrize("finished", [True, False])
+def test_a_checkpoint_of_other_data_or_steps_is_refused_and_stays(
+    tmp_path: Path, finished: bool, steps: int, data: str
+) -> None:
+    path = tmp_path / "line.pt"
+    net, session = fit(path)
+    if finished:
+        session.finish({"error": 0.1}, {"steps": STEPS})
+    kept = path.read_bytes()
+    optimizer = torch.optim.AdamW(net.parameters(), 0.1)
+    with pytest.raises(BadInput, match="other data or for other steps; give --out another folder"):
+        Session("line", path, net, optimizer, 0.1, steps, data, {"touched": torch.zeros(STEPS)})
+    assert path.read_bytes() == kept
+
+
+def test_a_checkpoint_that_does_not_say_its_data_can_be_read_but_not_trained(tmp_path: Path) -> None:
+    path = tmp_path / "line.pt"
+    net = torch.nn.Linear(1, 1)
+    save_checkpoint(path, Checkpoint("line", net.state_dict(), scores={"error": 0.1}, resume={"steps": STEPS}))
+    load_weights(net, load_checkpoint(path, "line"), path)
+    with pytest.raises(BadInput, match="other data"):
+        fit(path)

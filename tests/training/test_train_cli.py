@@ -48,6 +48,9 @@ def test_a_small_segmenter_is_trained_from_nothing_and_resumes(
     assert main(command) == 0  # finished: nothing is rendered or trained again
     assert len((tmp_path / "out" / "segmenter.pt").read_bytes()) == len(weights)
 
+    assert "give --out another folder" in refusal(capsys, *command, "--piles", "2")
+    assert not pile_path(tmp_path / "renders", 1).exists()
+
     pile_path(tmp_path / "renders", HELD_OUT_SEEDS).write_bytes(b"cut off")
     assert main(command) == 2
     assert "delete it" in capsys.readouterr().err
