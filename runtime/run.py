@@ -14,13 +14,11 @@ from grasping_invisible.data.errors import RecordingError
 from grasping_invisible.data.recorder import Recorder
 from grasping_invisible.runtime.bundle import ModelBundle, load_bundle
 from grasping_invisible.runtime.bus import Bus
-from grasping_invisible.runtime.command import finish_within
 from grasping_invisible.runtime.config import to_toml
 from grasping_invisible.runtime.console import RunConsole
 from grasping_invisible.runtime.decision import DecisionSettings
 from grasping_invisible.runtime.errors import (
     EXIT_GRASPED,
-    EXIT_INTERRUPTED,
     EXIT_NOT_GRASPED,
     BadInput,
     GraspingError,
@@ -31,12 +29,12 @@ from grasping_invisible.runtime.request import RunRequest
 from grasping_invisible.runtime.robot_link import ZenohRobot
 from grasping_invisible.runtime.run_log import RunFacts, RunLog
 from grasping_invisible.runtime.sim_process import SimAnnouncement, SimProcess
+from grasping_invisible.runtime.stream import write_line
 from grasping_invisible.runtime.timing import percentile
 
 UNKNOWN_SCENE = "unknown"  # whatever lies before a robot on the link
 DEFAULT_MAX_MOTIONS = 15
 Point = tuple[float, float, float]
-_END_SECONDS = 1.8  # for cleaning up after an interruption
 
 
 @dataclass(frozen=True)
@@ -61,7 +59,7 @@ def carry_out_run(request: RunRequest) -> int:
             request.config.policy.exploration,
             request.config.policy.coordination,
         )
-        run = _Run(request, task, bundle)
+        run = _Run(request, task, bundle, stack)
         return run.carry_out(settings)
 
 
@@ -97,15 +95,15 @@ def _check_center(wanted: Point, simulated: Point) -> None:
 
 
 class _Run:
-    """A run that has its log open, until `carry_out` returns or raises."""
+    """A run that has its log open, until `carry_out` returns or raises; or is cut short, until `stack` unwinds."""
 
-    def __init__(self, request: RunRequest, task: _Task, bundle: ModelBundle) -> None:
+    def __init__(self, request: RunRequest, task: _Task, bundle: ModelBundle, stack: ExitStack) -> None:
         self._request = request
         self._task = task
         self._bundle = bundle
         self._run_id = uuid.uuid4().hex
         self._progress = RunProgress()
-        self._recorder = self._open_log()
+        self._recorder = stack.enter_context(self._open_log())
         self._bus = Bus(sinks=(self._recorder,))
         self._console = RunConsole(sys.stderr if request.json else sys.stdout, self._bus)
         self._log = RunLog(self._bus, task.target)
@@ -124,7 +122,6 @@ class _Run:
             finally:
                 robot.close()
         except KeyboardInterrupt:
-            finish_within(_END_SECONDS, EXIT_INTERRUPTED)
             ended_because = "interrupted"
             raise
         except GraspingError as error:
@@ -172,9 +169,9 @@ class _Run:
         self._console.say(f"log: {self._recorder.path}")
         self._recorder.close()
         if self._recorder.failure is not None:
-            print(f"gi-runtime: {self._recorder.failure}", file=sys.stderr, flush=True)
+            write_line(f"gi-runtime: {self._recorder.failure}", sys.stderr)
         if self._request.json:
-            print(msgspec.json.encode(self._summary()).decode(), flush=True)
+            write_line(msgspec.json.encode(self._summary()).decode(), sys.stdout)
 
     def _summary(self) -> dict[str, object]:
         progress = self._progress

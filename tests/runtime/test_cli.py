@@ -119,6 +119,18 @@ def test_interrupted_in_motion_ends_soon_with_a_readable_log(
     assert summary.ended_because == "interrupted"  # pyright: ignore[reportAttributeAccessIssue]
 
 
+def test_a_reader_that_leaves_does_not_end_the_run(tmp_path: Path) -> None:
+    process = start(tmp_path, "--scene", SCENE, "--max-motions", "1")
+    assert process.stdout is not None
+    process.stdout.close()
+    assert process.stderr is not None
+    err = process.stderr.read()
+    assert process.wait(120) in (0, 1), err
+    assert err == ""
+    (summary,) = [logged.message for logged in LogReader(only_log(tmp_path)).messages([RUN_SUMMARY.key])]
+    assert summary.ended_because in ("budget", "grasped")  # pyright: ignore[reportAttributeAccessIssue]
+
+
 def test_interrupted_while_starting_leaves_nothing_behind(running: subprocess.Popen[str]) -> None:
     simulator = child_of(running)
     running.send_signal(signal.SIGINT)
