@@ -11,10 +11,10 @@ from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 
 Image = NDArray[np.uint8]  # (H, W, 3), RGB
 
+FINGER_OPENING = 0.08  # metres between the fingers before they close
 PUSH_COLOR = (255, 214, 30)
 GRASP_COLOR = (80, 255, 120)
 _PALETTE = np.array([RGB[name] for name in (GREY, *TARGET_COLORS)], np.uint8)
-_OPENING = 0.08  # metres between the fingers before they close
 _SPECK = 16  # pixels
 _SHOWN_HEIGHT = 0.15  # metres; what is higher is drawn alike
 _FAR = 10_000  # pixels; what lies behind the camera is drawn out there
@@ -58,7 +58,7 @@ def strokes(
     if kind == gi.PUSH:
         ends = [(at, at + length * along)]
     else:
-        ends = [(at + side * _OPENING / 2 * along, at + side * 0.006 * along) for side in (-1, 1)]
+        ends = [(at + side * FINGER_OPENING / 2 * along, at + side * 0.006 * along) for side in (-1, 1)]
     return [((float(a[0]), float(a[1])), (float(b[0]), float(b[1]))) for a, b in ends]
 
 

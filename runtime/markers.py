@@ -14,6 +14,7 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 
 from grasping_invisible.data.clock import to_timestamp
+from grasping_invisible.data.drawing import FINGER_OPENING
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.transform_message import BASE_FRAME
 from grasping_invisible.runtime.decision_record import Decision
@@ -23,7 +24,6 @@ _EDGE = Color(r=0.9, g=0.9, b=0.9, a=0.8)
 _PUSH = Color(r=1.0, g=0.85, b=0.1, a=0.9)
 _GRASP = Color(r=0.2, g=1.0, b=0.4, a=0.9)
 _FINGER = Vector3(x=0.01, y=0.02, z=0.05)
-_OPENING = 0.08  # metres between the fingers before they close
 
 
 def decision_markers(decision: Decision, workspace: Workspace, stamp_ns: int) -> SceneUpdate:
@@ -42,7 +42,7 @@ def decision_markers(decision: Decision, workspace: Workspace, stamp_ns: int) ->
         )
     else:
         for side in (-0.5, 0.5):
-            motion.cubes.append(CubePrimitive(pose=_pose(decision, side * _OPENING), size=_FINGER, color=_GRASP))
+            motion.cubes.append(CubePrimitive(pose=_pose(decision, side * FINGER_OPENING), size=_FINGER, color=_GRASP))
     return SceneUpdate(entities=[_edge(workspace, stamp_ns), motion])
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 from grasping_invisible.data.classes import TARGET_COLORS
 from grasping_invisible.runtime.config import Config, load_config
 from grasping_invisible.runtime.errors import BadInput
+from grasping_invisible.runtime.sim_process import DEFAULT_SCENE
 from grasping_invisible.runtime.zenoh_session import LOCATOR_FORM, check_locator
 
 SIM = "sim"
-DEFAULT_SCENE = "exploration-00"
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,10 @@ from typing import TextIO
 
 from grasping_invisible.runtime.command import finish_within, run_command
 from grasping_invisible.runtime.errors import EXIT_INTERRUPTED, BadInput, RobotError
-from grasping_invisible.runtime.sim_process import SimAnnouncement, announce
+from grasping_invisible.runtime.sim_process import DEFAULT_SCENE, SimAnnouncement, announce
 
 # What takes long to import is imported inside `run_command`, so that a signal is answered from the start.
 
-DEFAULT_SCENE = "exploration-00"
 _END_SECONDS = 0.6
 
 
