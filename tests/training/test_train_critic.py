@@ -1,5 +1,6 @@
 """A miniature training, in which tall blocks can be grasped and flat ones cannot."""
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -71,7 +72,10 @@ def test_next_states_of_pushes_count_half(transitions: list[Transition]) -> None
     net = CriticNet()
     for head, value in ((net.grasp, 0.7), (net.push, 0.1)):
         weights = head.quarters.state_dict()
-        constant = {"weight": torch.zeros_like(weights["weight"]), "bias": torch.full_like(weights["bias"], value)}
+        constant = {
+            "weight": torch.zeros_like(weights["weight"]),
+            "bias": torch.full_like(weights["bias"], math.log(value / (1 - value))),
+        }
         head.quarters.load_state_dict(constant)
     failed = next(item for item in transitions if not item.success)
     push = replace(failed, kind=gi.PUSH, reward=0.25, after=failed.before)
