@@ -1,6 +1,6 @@
 # Everything a person or a CI machine needs: python 3.11 or newer and make. `make help` lists the verbs.
 
-SCENE ?= exploration-00
+SCENE ?= exploration-03
 SEED ?= 0
 
 # The first interpreter that is new enough and can make virtual environments.

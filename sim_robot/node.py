@@ -91,10 +91,11 @@ class SimNode:
 
     def _publish_still(self, frame: RgbdFrame) -> None:
         self._still = frame
-        self._publish(frame)
+        # Before the frame: a run may end with the frame that shows its last motion, and its log needs the truth of it.
         truth = self._robot.truth()
         truth.stamp.CopyFrom(to_timestamp(frame.stamp_ns))
         self._server.bus.publish(TRUTH, truth)
+        self._publish(frame)
 
     def _publish(self, frame: RgbdFrame) -> None:
         transforms: FrameTransforms = self._robot.transforms(frame.stamp_ns)

@@ -14,7 +14,7 @@ import pytest
 
 from grasping_invisible.data.clock import to_ns
 from grasping_invisible.data.log_reader import LogReader, read_messages
-from grasping_invisible.data.topics import COMMAND, DECISION, RUN_SUMMARY
+from grasping_invisible.data.topics import COMMAND, DECISION, OUTCOME, RUN_SUMMARY, TRUTH
 
 SCENE = "coordination-00"
 T = TypeVar("T")
@@ -93,6 +93,9 @@ def test_a_run_sums_up_and_the_same_seed_decides_the_same(tmp_path: Path) -> Non
         messages = [logged.message for logged in reader.messages([DECISION.key])]
         assert reader.complete
         assert len(messages) == 1
+        *_, outcome = (logged.message.ended for logged in reader.messages([OUTCOME.key]))  # pyright: ignore
+        *_, truth = (logged.message.stamp for logged in reader.messages([TRUTH.key]))  # pyright: ignore
+        assert to_ns(truth) >= to_ns(outcome)  # what the last motion led to is there
         for message in messages:
             for clock in ("stamp", "frame_stamp", "stages"):
                 message.ClearField(clock)
