@@ -103,6 +103,17 @@ def test_a_run_sums_up_and_the_same_seed_decides_the_same(tmp_path: Path) -> Non
     assert decisions[0] == decisions[1]
 
 
+def test_a_whole_run_ends_with_the_target_in_the_gripper(tmp_path: Path) -> None:
+    code, out, err = finished(tmp_path, "--scene", "coordination-06", "--seed", "1", "--json")
+    summary = json.loads(out.splitlines()[-1])
+    assert code == 0, err
+    assert summary["grasped"]
+    assert summary["found"]
+    assert 1 <= summary["motions"] <= 5
+    *_, truth = (logged.message.held_object for logged in read_messages(only_log(tmp_path), [TRUTH.key]))  # pyright: ignore
+    assert "violet" in truth
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_interrupted_in_motion_ends_soon_with_a_readable_log(
     tmp_path: Path, running: subprocess.Popen[str], number: signal.Signals
