@@ -9,9 +9,9 @@ import torch
 from rich.console import Console
 from rich.table import Table
 
-from grasping_invisible.data.errors import DataError
-from grasping_invisible.runtime.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, BadInput, GraspingError
+from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.training.checkpoint import Checkpoint
+from grasping_invisible.training.command import run_command
 from grasping_invisible.training.progress import bar
 from grasping_invisible.training.train_classifier import ClassifierTraining, train_classifier
 from grasping_invisible.training.train_critic import CriticTraining, train_critic
@@ -24,18 +24,13 @@ Command = Callable[[argparse.Namespace, Console], Checkpoint]
 def main(arguments: list[str] | None = None) -> int:
     """Run `gi-train`; returns its exit code: 0, 2 bad input, 130 interrupted (the same command goes on)."""
     options = _parser().parse_args(arguments)
-    console = Console()
     torch.set_num_threads(options.threads)
-    try:
-        checkpoint = options.command(options, console)
-    except (GraspingError, DataError, OSError) as error:
-        print(f"gi-train: {error}", file=sys.stderr)
-        return error.exit_code if isinstance(error, GraspingError) else EXIT_BAD_INPUT
-    except KeyboardInterrupt:
-        print("gi-train: interrupted; the same command goes on from here", file=sys.stderr)
-        return EXIT_INTERRUPTED
-    console.print(_table(checkpoint))
-    return 0
+    return run_command("gi-train", lambda: _run(options), "interrupted; the same command goes on from here")
+
+
+def _run(options: argparse.Namespace) -> None:
+    console = Console()
+    console.print(_table(options.command(options, console)))
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -15,7 +15,6 @@ from pathlib import Path
 import numpy as np
 
 from grasping_invisible.data.classes import CLASSES
-from grasping_invisible.runtime.bundle import load_bundle
 from grasping_invisible.runtime.config import Config, to_toml
 from grasping_invisible.runtime.decision import DecisionSettings
 from grasping_invisible.runtime.errors import RobotError
@@ -27,7 +26,7 @@ from grasping_invisible.sim_robot.robot import SimRobot
 from grasping_invisible.sim_robot.scene import Scene
 from grasping_invisible.training.behaviour import Behaviour
 from grasping_invisible.training.experience_log import ExperienceLog, SpokenRobot
-from grasping_invisible.training.worker import prepare_worker
+from grasping_invisible.training.worker import loaded_bundle, prepare_worker
 
 # Style and share of the scenes of each stage, and how many grey blocks they hold (paper: 3, then 8).
 STAGES: dict[int, tuple[dict[Style, float], tuple[int, int]]] = {
@@ -117,7 +116,7 @@ def draw_scene(stage: int, number: int) -> Scene:
 
 def _act(collection: Collection, number: int, log: ExperienceLog) -> SceneCounts:
     rng = np.random.default_rng((collection.stage, number, 1))
-    models = None if collection.models is None else load_bundle(collection.models, threads=1)
+    models = None if collection.models is None else loaded_bundle(collection.models)
     runs: list[RunProgress] = []
     try:
         scene = draw_scene(collection.stage, number)

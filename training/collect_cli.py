@@ -6,31 +6,27 @@ from pathlib import Path
 
 from rich.console import Console
 
-from grasping_invisible.data.errors import DataError
-from grasping_invisible.runtime.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, BadInput, GraspingError
+from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.training.collect import STAGES, Collection, SceneCounts, collect
+from grasping_invisible.training.command import run_command
 from grasping_invisible.training.progress import bar
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run `gi-collect`; returns its exit code: 0, 2 bad input, 3 simulator, 130 interrupted (run it again to go on)."""
     options = _parser().parse_args(arguments)
+    return run_command("gi-collect", lambda: _run(options), "interrupted; the same command goes on from here")
+
+
+def _run(options: argparse.Namespace) -> None:
     console = Console()
-    try:
-        counts = _collect(_collection(options), options.workers, console)
-    except (GraspingError, DataError, OSError) as error:
-        print(f"gi-collect: {error}", file=sys.stderr)
-        return error.exit_code if isinstance(error, GraspingError) else EXIT_BAD_INPUT
-    except KeyboardInterrupt:
-        print("gi-collect: interrupted; the same command goes on from here", file=sys.stderr)
-        return EXIT_INTERRUPTED
+    counts = _collect(_collection(options), options.workers, console)
     motions, targets = sum(c.motions for c in counts), sum(c.targets for c in counts)
     grasped = sum(c.grasps for c in counts)
     console.print(f"{len(counts)} scenes, {motions} motions, {grasped} of {targets} targets grasped")
     for count in counts:
         if count.failure is not None:
             console.print(f"given up: {count.failure}")
-    return 0
 
 
 def _collect(collection: Collection, workers: int, console: Console) -> list[SceneCounts]:

@@ -8,11 +8,11 @@ import msgspec
 from rich.console import Console
 from rich.table import Table
 
-from grasping_invisible.data.errors import DataError
 from grasping_invisible.runtime.bundle import load_bundle
 from grasping_invisible.runtime.coordinator import COORDINATORS
-from grasping_invisible.runtime.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, BadInput, GraspingError
+from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.explorer import EXPLORERS
+from grasping_invisible.training.command import run_command
 from grasping_invisible.training.evaluation import Trial, TrialResult, run_trials, trials_of
 from grasping_invisible.training.evaluation_summary import Summary, summarise
 from grasping_invisible.training.progress import bar
@@ -23,29 +23,25 @@ DEFAULT_METHOD = "ours"
 def main(arguments: list[str] | None = None) -> int:
     """Run `gi-eval`; its exit code: 0, 2 bad input, 130 interrupted (with --results the same command goes on)."""
     options = _parser().parse_args(arguments)
+    return run_command("gi-eval", lambda: _run(options), "interrupted")
+
+
+def _run(options: argparse.Namespace) -> None:
     console = Console(stderr=options.json)
-    try:
-        summary = _run(options, console)
-    except (GraspingError, DataError, OSError) as error:
-        print(f"gi-eval: {error}", file=sys.stderr)
-        return error.exit_code if isinstance(error, GraspingError) else EXIT_BAD_INPUT
-    except KeyboardInterrupt:
-        print("gi-eval: interrupted", file=sys.stderr)
-        return EXIT_INTERRUPTED
+    summary = _evaluate(options, console)
     console.print(_table(summary))
     if options.json:
         print(msgspec.json.encode(summary).decode())
-    return 0
 
 
-def _run(options: argparse.Namespace, console: Console) -> Summary:
+def _evaluate(options: argparse.Namespace, console: Console) -> Summary:
     if options.runs < 1 or options.workers < 1 or options.seed < 0:
         raise BadInput("--runs and --workers must be at least 1, --seed at least 0")
     exploration, coordination = _methods(options.method)
     bundle = load_bundle(options.models).sha256
     trials = trials_of(options.suite, options.runs, options.seed)
     done = _stored(options.results, trials)
-    left = [trial for trial in trials if (_scene_key(trial.scene), trial.seed) not in done]
+    left = [trial for trial in trials if (trial.name, trial.seed) not in done]
     with bar(f"{options.suite}, {options.method}", len(trials), console, len(done)) as advance:
         for result in run_trials(left, options.models, exploration, coordination, options.workers):
             done[result.scene, result.seed] = result
@@ -69,7 +65,7 @@ def _stored(path: Path | None, trials: list[Trial]) -> dict[tuple[str, int], Tri
     """Results of these trials that an earlier, interrupted evaluation left."""
     if path is None or not path.is_file():
         return {}
-    wanted = {(_scene_key(trial.scene), trial.seed) for trial in trials}
+    wanted = {(trial.name, trial.seed) for trial in trials}
     try:
         results = [msgspec.json.decode(line, type=TrialResult) for line in path.read_bytes().splitlines()]
     except msgspec.DecodeError as error:
@@ -82,10 +78,6 @@ def _store(path: Path | None, result: TrialResult) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("ab") as file:
             file.write(msgspec.json.encode(result) + b"\n")
-
-
-def _scene_key(scene: str) -> str:
-    return Path(scene).stem if scene.endswith(".toml") else scene
 
 
 def _table(summary: Summary) -> Table:

@@ -8,14 +8,13 @@ from pathlib import Path
 
 import msgspec
 
-from grasping_invisible.runtime.bundle import load_bundle
 from grasping_invisible.runtime.decision import DecisionSettings
 from grasping_invisible.runtime.errors import BadInput, RobotError
 from grasping_invisible.runtime.loop import Goal, RunPlan, RunProgress, run_loop
 from grasping_invisible.runtime.perception import MIN_TARGET_PIXELS
 from grasping_invisible.sim_robot.robot import SimRobot
-from grasping_invisible.sim_robot.scene import WHOLE_TASK_MOTIONS, load_scene, scene_names
-from grasping_invisible.training.worker import prepare_worker
+from grasping_invisible.sim_robot.scene import load_scene, scene_names
+from grasping_invisible.training.worker import loaded_bundle, prepare_worker
 
 SUITES = ("exploration", "coordination", "invisible")
 SEEDS_APART = 1000  # between the first seeds of two evaluations: no run is in both
@@ -23,9 +22,10 @@ SEEDS_APART = 1000  # between the first seeds of two evaluations: no run is in b
 
 @dataclass(frozen=True)
 class Trial:
-    """One run to make: a scene's name or file, its seed, what counts, and how many motions it may take."""
+    """One run to make: a scene's name or file, its own name, a seed, what counts, and how many motions it may take."""
 
     scene: str
+    name: str
     seed: int
     goal: Goal
     max_motions: int
@@ -52,29 +52,30 @@ class TrialResult(msgspec.Struct, frozen=True):
 
 def trials_of(suite: str, runs: int, seed: int) -> list[Trial]:
     """The runs of a suite, `runs` of each scene, or of a scene file, or of all in a folder. Raises `BadInput`."""
-    seeds = range(seed * SEEDS_APART, seed * SEEDS_APART + runs)
-    return [
-        Trial(name, run_seed, goal, max_motions) for name, goal, max_motions in _scenes_of(suite) for run_seed in seeds
-    ]
+    trials = []
+    for source in _sources_of(suite):
+        scene = load_scene(source)
+        finding = scene.task == "exploration" and suite != "invisible"
+        goal = Goal.FIND if finding else Goal.GRASP
+        motions = scene.motions_to_grasp if suite == "invisible" else scene.max_motions
+        first = seed * SEEDS_APART
+        trials += [Trial(source, scene.name, run_seed, goal, motions) for run_seed in range(first, first + runs)]
+    return trials
 
 
-def _scenes_of(suite: str) -> list[tuple[str, Goal, int]]:
-    if suite == "invisible":
-        return [(name, Goal.GRASP, WHOLE_TASK_MOTIONS) for name in scene_names() if name.startswith("exploration")]
+def _sources_of(suite: str) -> list[str]:
+    """Names of shipped scenes, or scene files."""
     if suite in SUITES:
-        names = [name for name in scene_names() if name.startswith(suite)]
-    elif Path(suite).is_dir():
-        names = sorted(str(path) for path in Path(suite).glob("*.toml"))
-    elif Path(suite).is_file():
-        names = [suite]
-    else:
+        task = "exploration" if suite == "invisible" else suite
+        return [name for name in scene_names() if name.startswith(task)]
+    if Path(suite).is_file():
+        return [suite]
+    if not Path(suite).is_dir():
         raise BadInput(f"unknown suite {suite!r}; known: {', '.join(SUITES)}, or a scene file or a folder of them")
-    if not names:
+    files = sorted(str(path) for path in Path(suite).glob("*.toml"))
+    if not files:
         raise BadInput(f"suite {suite} holds no scene files (*.toml)")
-    scenes = [(name, load_scene(name)) for name in names]
-    return [
-        (name, Goal.FIND if scene.task == "exploration" else Goal.GRASP, scene.max_motions) for name, scene in scenes
-    ]
+    return files
 
 
 def run_trials(
@@ -89,7 +90,7 @@ def run_trials(
 
 def run_trial(trial: Trial, models: Path | None, exploration: str, coordination: str) -> TrialResult:
     """Make one run in this process."""
-    bundle = load_bundle(models, threads=1)
+    bundle = loaded_bundle(models)
     scene = load_scene(trial.scene)
     robot = SimRobot(scene, trial.seed)
     progress, failure = RunProgress(), None

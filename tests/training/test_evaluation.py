@@ -32,8 +32,9 @@ def test_unknown_names_are_answered_with_the_known_ones(capsys):
 
 def test_a_scene_file_is_measured_and_the_results_are_kept(tmp_path: Path, capsys):
     cube = SceneObject(shape="cube", color="red", position=(0.0, 0.0, 0.026))
-    save_scene(Scene(name="lone", target="red", max_motions=2, objects=(cube,)), tmp_path / "lone.toml")
-    arguments = ["run", "--suite", str(tmp_path / "lone.toml"), "--runs", "1", "--json"]
+    # Called otherwise than its file: results go by the scene's own name.
+    save_scene(Scene(name="lone", target="red", max_motions=2, objects=(cube,)), tmp_path / "a_cube.toml")
+    arguments = ["run", "--suite", str(tmp_path / "a_cube.toml"), "--runs", "1", "--json"]
     arguments += ["--results", str(tmp_path / "results.jsonl")]
     assert main(arguments) == 0
     summary = json.loads(capsys.readouterr().out.splitlines()[-1])
