@@ -60,13 +60,11 @@ class Primitives:
         self._panda.close_gripper()
         self._panda.follow(over)
         descent = self._panda.follow(down, guarded=True)
-        if descent < 1.0:
-            self._retreat(closing_yaw)
-            self._panda.open_gripper()
-            return Report(True, 0.0, f"blocked on the way down, {descent:.0%} of the descent")
-        travelled = self._panda.follow(along, guarded=True)
+        travelled = self._panda.follow(along, guarded=True) if descent == 1.0 else 0.0
         self._retreat(closing_yaw)
         self._panda.open_gripper()
+        if descent < 1.0:
+            return Report(True, 0.0, f"blocked on the way down, {descent:.0%} of the descent")
         if travelled < 1.0:
             return Report(True, travelled, f"blocked after {travelled * length * 100:.1f} cm of the push")
         return Report(False, 1.0, "pushed")
