@@ -6,7 +6,8 @@ import signal
 import sys
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from types import FrameType
 
 from grasping_invisible.runtime.errors import EXIT_INTERRUPTED, EXIT_SOFTWARE, GraspingError
@@ -40,6 +41,23 @@ def run_command(program: str, body: Callable[[], int]) -> int:
     except Exception as error:
         write_line(f"{traceback.format_exc()}{program}: a fault of this program: {error!r}", sys.stderr)
         return EXIT_SOFTWARE
+
+
+@contextmanager
+def interruptions_held() -> Iterator[None]:
+    """For what must not be left half done: a signal that comes inside takes effect at the end of the block.
+
+    Only in the main thread.
+    """
+    came: list[int] = []
+    handlers = {number: signal.signal(number, lambda number, _: came.append(number)) for number in _SIGNALS}
+    try:
+        yield
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        for number in came[:1]:
+            signal.raise_signal(number)
 
 
 def finish_within(seconds: float, exit_code: int) -> None:

@@ -14,6 +14,7 @@ from grasping_invisible.data.errors import RecordingError
 from grasping_invisible.data.recorder import Recorder
 from grasping_invisible.runtime.bundle import ModelBundle, load_bundle
 from grasping_invisible.runtime.bus import Bus
+from grasping_invisible.runtime.command import interruptions_held
 from grasping_invisible.runtime.config import to_toml
 from grasping_invisible.runtime.console import RunConsole
 from grasping_invisible.runtime.decision import DecisionSettings
@@ -66,8 +67,9 @@ def carry_out_run(request: RunRequest) -> int:
 def _start_simulator(request: RunRequest, stack: ExitStack) -> SimProcess | None:
     if request.locator is not None:
         return None
-    sim = SimProcess(request.scene, request.seed, request.config.link.start_seconds)
-    stack.callback(sim.close)
+    with interruptions_held():  # or a signal could come between the child's start and anyone's knowing of it
+        sim = SimProcess(request.scene, request.seed, request.config.link.start_seconds)
+        stack.callback(sim.close)
     return sim
 
 

@@ -49,14 +49,14 @@ def is_alive(pid: int) -> bool:
 def child_of(process: subprocess.Popen[str]) -> int:
     """The simulator's process id, as soon as there is one."""
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
-    return int(eventually(lambda: children.read_text().split())[0])
+    return int(eventually(lambda: children.read_text().split(), every=0.001)[0])
 
 
-def eventually(find: Callable[[], T], seconds: float = 60.0) -> T:
+def eventually(find: Callable[[], T], seconds: float = 60.0, every: float = 0.05) -> T:
     deadline = time.monotonic() + seconds
     while not (found := find()):
         assert time.monotonic() < deadline
-        time.sleep(0.05)
+        time.sleep(every)
     return found
 
 

@@ -54,6 +54,27 @@ def test_an_interruption_is_bounded_from_the_signal_on(number: signal.Signals) -
     process.communicate()
 
 
+HELD = """
+    from grasping_invisible.runtime.command import interruptions_held
+    with interruptions_held():
+        print("in it", flush=True)
+        time.sleep(0.5)
+        print("all done", flush=True)
+    print("never said")
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_held_interruption_comes_once_the_block_is_done(number: signal.Signals) -> None:
+    process = started(HELD)
+    assert process.stdout is not None
+    assert [process.stdout.readline() for _ in range(2)] == ["ready\n", "in it\n"]
+    process.send_signal(number)
+    out, err = process.communicate(timeout=5)
+    assert out == "all done\n"
+    assert process.returncode == 130, err
+
+
 def test_nobody_left_to_read_the_complaint_changes_no_exit_code() -> None:
     process = started("time.sleep(0.5); from grasping_invisible.runtime.errors import BadInput; raise BadInput('x')")
     assert process.stderr is not None
