@@ -10,12 +10,9 @@ import os
 import sys
 from collections.abc import Sequence
 
-from grasping_invisible.data.errors import BadRequest, DataError
+from grasping_invisible.data.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, BadRequest, DataError
 from grasping_invisible.data.extensions import LOG_COMMANDS, Extension, extensions
 from grasping_invisible.data.log_commands import check, frames, info, ls, recover, report, show
-
-EXIT_BAD_INPUT = 2
-EXIT_INTERRUPTED = 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

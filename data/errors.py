@@ -1,5 +1,8 @@
 """What can be wrong with kept data, as one small tree."""
 
+EXIT_BAD_INPUT = 2
+EXIT_INTERRUPTED = 130
+
 
 class DataError(Exception):
     """A log or a message that cannot be used: one clear line for a person."""

@@ -8,11 +8,11 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from grasping_invisible.data.action_grid import ROTATIONS
 from grasping_invisible.export.onnx_file import Graph, write_onnx
 from grasping_invisible.runtime.classifier import FEATURES
 from grasping_invisible.runtime.manifest import CameraAssumptions, Manifest, ModelFile, write_manifest
 from grasping_invisible.runtime.rotation import PLANES, ROTATED_CELLS
-from grasping_invisible.runtime.workspace import ROTATIONS
 from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights, source_commit
 from grasping_invisible.training.classifier_net import ClassifierGraph, ClassifierNet
 from grasping_invisible.training.critic_net import CriticNet

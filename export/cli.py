@@ -9,12 +9,12 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from grasping_invisible.data.action_grid import ROTATIONS
 from grasping_invisible.export.bundle import export_checkpoints
 from grasping_invisible.runtime.bundle import load_bundle
 from grasping_invisible.runtime.errors import EXIT_INTERRUPTED, GraspingError
 from grasping_invisible.runtime.manifest import Manifest, ModelFile
 from grasping_invisible.runtime.onnx_model import DEFAULT_THREADS, OnnxModel
-from grasping_invisible.runtime.workspace import ROTATIONS
 
 SIZE_LIMIT = 25e6  # bytes of all three files; they are shipped inside the package
 TIMED_RUNS = 15

@@ -1,6 +1,6 @@
 """Entry point of the command of export; it imports torch only when called."""
 
-from grasping_invisible.runtime.extras import run_with_extra
+from grasping_invisible.data.extras import run_with_extra
 
 
 def export() -> int:

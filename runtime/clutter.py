@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from grasping_invisible.data.action_grid import ACTION_CELLS, ROTATIONS
 from grasping_invisible.runtime.heightmap import Heightmaps
-from grasping_invisible.runtime.rotation import ACTION_CELLS, ANGLES, to_action_grid
-from grasping_invisible.runtime.workspace import ROTATIONS
+from grasping_invisible.runtime.rotation import ANGLES, to_action_grid
 
 LOOK_AHEAD = 0.050  # metres: 25 heightmap cells, about twice the closed gripper's width
 RISE = 0.020  # metres by which the ground ahead must be higher, to be an edge

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from grasping_invisible.data.action_grid import ROTATIONS
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.onnx_model import OnnxModel
 from grasping_invisible.runtime.rotation import PLANES, ROTATED_CELLS, critic_planes, rotate_planes, unrotate
-from grasping_invisible.runtime.workspace import ROTATIONS
 
 
 @dataclass(frozen=True)

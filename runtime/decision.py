@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from grasping_invisible.data.action_grid import ACTION_CELLS, PUSH_LENGTH, feasible_grasps, rotation_angle
 from grasping_invisible.data.classes import TARGET_COLORS
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.target_border import TargetBorder, target_border
@@ -24,7 +25,6 @@ from grasping_invisible.runtime.memory import Memory, untried
 from grasping_invisible.runtime.motion import (
     cell_position,
     ends_inside,
-    feasible_grasps,
     feasible_pushes,
     grasp_height,
     low_grasps,
@@ -33,9 +33,8 @@ from grasping_invisible.runtime.motion import (
     pushes_towards,
 )
 from grasping_invisible.runtime.perception import Perception, perceive
-from grasping_invisible.runtime.rotation import ACTION_CELLS
 from grasping_invisible.runtime.stopwatch import Stopwatch
-from grasping_invisible.runtime.workspace import PUSH_LENGTH, Workspace, rotation_angle
+from grasping_invisible.runtime.workspace import Workspace
 
 
 class Models(Protocol):

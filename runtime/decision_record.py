@@ -3,10 +3,10 @@
 import math
 from dataclasses import dataclass
 
+from grasping_invisible.data.action_grid import PUSH_LENGTH
 from grasping_invisible.data.clock import to_timestamp
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.memory import Memory, memory_message
-from grasping_invisible.runtime.workspace import PUSH_LENGTH
 
 # The two policies, and the names of their default methods.
 EXPLORER = "explorer"

@@ -3,8 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from grasping_invisible.runtime.rotation import ACTION_CELLS, action_grid
-from grasping_invisible.runtime.workspace import PUSH_LENGTH, Workspace
+from grasping_invisible.data.action_grid import ACTION_CELLS, PUSH_LENGTH
+from grasping_invisible.runtime.rotation import action_grid
+from grasping_invisible.runtime.workspace import Workspace
 
 REMEMBERED = 3  # the most recent failed pushes
 SCALE = 0.75  # s: the likelihood at the place of a single failure

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from grasping_invisible.data.action_grid import feasible_grasps
 from grasping_invisible.data.clock import to_timestamp
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.rewards import freed_cells
@@ -12,7 +13,6 @@ from grasping_invisible.runtime.decision_record import EXPLORER, Decision
 from grasping_invisible.runtime.failures import REMEMBERED
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.memory import FRUITLESS_REMEMBERED, FruitlessAction, Memory
-from grasping_invisible.runtime.motion import feasible_grasps
 from grasping_invisible.runtime.perception import Perception
 
 HEIGHT_NOISE = 0.008  # metres; a cell that differs by more has changed

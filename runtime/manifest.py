@@ -8,10 +8,11 @@ from pathlib import Path
 
 import msgspec
 
+from grasping_invisible.data.action_grid import ACTION_CELLS, ROTATIONS
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.runtime.errors import BundleError
-from grasping_invisible.runtime.rotation import ACTION_CELLS, HEIGHT_SCALE, PLANES, ROTATED_CELLS
-from grasping_invisible.runtime.workspace import ROTATIONS, Workspace
+from grasping_invisible.runtime.rotation import HEIGHT_SCALE, PLANES, ROTATED_CELLS
+from grasping_invisible.runtime.workspace import Workspace
 
 FORMAT = 1
 FILE_NAME = "manifest.json"

@@ -13,12 +13,13 @@ from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 
+from grasping_invisible.data.action_grid import PUSH_LENGTH
 from grasping_invisible.data.clock import to_timestamp
 from grasping_invisible.data.drawing import FINGER_OPENING
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.transform_message import BASE_FRAME
 from grasping_invisible.runtime.decision_record import Decision
-from grasping_invisible.runtime.workspace import PUSH_LENGTH, Workspace
+from grasping_invisible.runtime.workspace import Workspace
 
 _EDGE = Color(r=0.9, g=0.9, b=0.9, a=0.8)
 _PUSH = Color(r=1.0, g=0.85, b=0.1, a=0.9)

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from grasping_invisible.data.action_grid import ACTION_CELLS, ROTATIONS
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
-from grasping_invisible.runtime.rotation import ACTION_CELLS, ANGLES, action_grid
-from grasping_invisible.runtime.workspace import ROTATIONS, Workspace
+from grasping_invisible.runtime.rotation import ANGLES, action_grid
+from grasping_invisible.runtime.workspace import Workspace
 
 FRUITLESS_REMEMBERED = 8
 FRUITLESS_RADIUS = 0.015  # metres around a fruitless action in which it is not tried again

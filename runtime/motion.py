@@ -2,16 +2,16 @@
 
 import math
 from functools import lru_cache
-from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from grasping_invisible.data.action_grid import ACTION_CELLS, PUSH_LENGTH, ROTATIONS, blocks
 from grasping_invisible.data.target_border import distance_to
 from grasping_invisible.runtime.heightmap import Heightmaps
-from grasping_invisible.runtime.rotation import ACTION_CELLS, ANGLES, action_grid
-from grasping_invisible.runtime.workspace import PUSH_LENGTH, ROTATIONS, Workspace
+from grasping_invisible.runtime.rotation import ANGLES, action_grid
+from grasping_invisible.runtime.workspace import Workspace
 
 MIN_TCP_HEIGHT = 0.015  # metres above the table, of every motion
 # And no motion starts above this one: what looks taller is no clutter, and the arm travels at 0.25 m.
@@ -19,7 +19,6 @@ MAX_TCP_HEIGHT = 0.24
 GRASP_DEPTH = 0.03  # metres below the local top, to which a grasp descends
 GRASP_TOP_PERCENTILE = 80.0  # of the heights around a grasp: the top, were half of them beside the object
 GRASP_REACH = 0.008  # metres around a grasp's cell in which the top is looked for
-GRASP_MARGIN = 0.006  # metres beside the target's mask at which its grasp may still be aimed
 
 FINGERS_ALONG = 0.025  # metres, footprint of the closed fingers along a push
 FINGERS_ACROSS = 0.045  # and across it
@@ -92,7 +91,7 @@ def pushes_towards(mask: NDArray[np.bool_], workspace: Workspace) -> NDArray[np.
     Others leave the target and its border as they are, so what a critic says of them means nothing to it.
     """
     cell = workspace.size / ACTION_CELLS
-    near = (_blocks(distance_to(mask)).min(axis=(1, 3)) * workspace.resolution <= PUSH_NEARNESS).astype(np.uint8)
+    near = (blocks(distance_to(mask)).min(axis=(1, 3)) * workspace.resolution <= PUSH_NEARNESS).astype(np.uint8)
     return np.stack([cv2.dilate(near, _way(k, cell)) for k in range(ROTATIONS)]).astype(np.bool_)
 
 
@@ -118,17 +117,9 @@ def ends_inside(workspace: Workspace) -> NDArray[np.bool_]:
     return inside & (y >= grid.low[1] + inset) & (y <= grid.high[1] - inset)
 
 
-def feasible_grasps(mask: NDArray[np.bool_], resolution: float) -> NDArray[np.bool_]:
-    """Which grasps are aimed at the target, its mask (N, N) grown by `GRASP_MARGIN`: (16, 112, 112) bool."""
-    if not mask.any():
-        return np.zeros((ROTATIONS, ACTION_CELLS, ACTION_CELLS), np.bool_)
-    near = distance_to(mask) * resolution <= GRASP_MARGIN + 1e-6
-    return np.broadcast_to(_blocks(near).any(axis=(1, 3)), (ROTATIONS, ACTION_CELLS, ACTION_CELLS))
-
-
 def low_grasps(maps: Heightmaps, grasps: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Those of some grasps, (16, 112, 112) bool, whose TCP stays at or below `MAX_TCP_HEIGHT`."""
-    tall = np.asarray(_blocks(maps.height > MAX_TCP_HEIGHT + GRASP_DEPTH).any(axis=(1, 3)), np.uint8)
+    tall = np.asarray(blocks(maps.height > MAX_TCP_HEIGHT + GRASP_DEPTH).any(axis=(1, 3)), np.uint8)
     if not tall.any():
         return grasps
     reach = math.ceil(GRASP_REACH / maps.workspace.size * ACTION_CELLS)
@@ -143,7 +134,7 @@ def _footprint_heights(maps: Heightmaps) -> NDArray[np.float32]:
     """The greatest height under the closed fingers at every cell, for every rotation: (16, 112, 112)."""
     # A single wild reading must not lift the fingers over what they are to push.
     calm = np.asarray(cv2.medianBlur(maps.height, 3), np.float32)
-    highest = _blocks(calm).max(axis=(1, 3))
+    highest = blocks(calm).max(axis=(1, 3))
     cell = maps.workspace.size / ACTION_CELLS
     half_turn = [cv2.dilate(highest, _footprint(k, cell)) for k in range(ROTATIONS // 2)]
     return np.stack(half_turn + half_turn).astype(np.float32)
@@ -159,12 +150,6 @@ def _footprint(k: int, cell: float) -> NDArray[np.uint8]:
     across = columns * math.sin(yaw) + rows * math.cos(yaw)
     under = (np.abs(along) <= FINGERS_ALONG / 2) & (np.abs(across) <= FINGERS_ACROSS / 2)
     return under.astype(np.uint8)
-
-
-def _blocks(values: NDArray[Any]) -> NDArray[Any]:
-    """Heightmap cells, (N, N), by the cell of the action grid they lie in: (112, N / 112, 112, N / 112)."""
-    factor = values.shape[0] // ACTION_CELLS
-    return values.reshape(ACTION_CELLS, factor, ACTION_CELLS, factor)
 
 
 def _overlap(rows: int, columns: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:

@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from grasping_invisible.data.action_grid import PUSH_LENGTH
 from grasping_invisible.data.classes import CLASSES, RGB
 from grasping_invisible.data.drawing import (
     GRASP_COLOR,
@@ -21,7 +22,7 @@ from grasping_invisible.runtime.decision import Deliberation
 from grasping_invisible.runtime.decision_record import Decision
 from grasping_invisible.runtime.frame import RgbdFrame
 from grasping_invisible.runtime.perception import target_patches
-from grasping_invisible.runtime.workspace import PUSH_LENGTH, Workspace
+from grasping_invisible.runtime.workspace import Workspace
 
 _PANEL = 240  # pixels, side of a map
 _HEIGHT = 2 * _PANEL

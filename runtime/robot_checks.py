@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from google.protobuf.message import DecodeError
 
+from grasping_invisible.data.action_grid import PUSH_LENGTH
 from grasping_invisible.data.clock import to_ns, to_timestamp
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.topics import (
@@ -25,7 +26,7 @@ from grasping_invisible.runtime.heartbeat import PERIOD
 from grasping_invisible.runtime.heightmap import project
 from grasping_invisible.runtime.link_settings import LinkSettings
 from grasping_invisible.runtime.robot_link import ZenohRobot
-from grasping_invisible.runtime.workspace import PUSH_LENGTH, Workspace
+from grasping_invisible.runtime.workspace import Workspace
 
 LISTEN_SECONDS = 3.0
 _CLOCK_SECONDS = 1.0  # between the robot's clock and this machine's, before it is worth a word

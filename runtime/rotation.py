@@ -14,10 +14,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from grasping_invisible.data.action_grid import ACTION_CELLS, ROTATIONS, rotation_angle
 from grasping_invisible.runtime.heightmap import Heightmaps
-from grasping_invisible.runtime.workspace import ROTATIONS, Workspace, rotation_angle
+from grasping_invisible.runtime.workspace import Workspace
 
-ACTION_CELLS = 112
 ROTATED_CELLS = 160  # holds 112 * sqrt(2), whatever the angle
 PLANES = 5  # red, green, blue, height, target mask
 HEIGHT_SCALE = 0.1  # metres of height that a height plane calls 1

@@ -5,9 +5,10 @@ from typing import Annotated
 
 import msgspec
 
+from grasping_invisible.data.action_grid import PUSH_LENGTH
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.errors import RobotError
-from grasping_invisible.runtime.workspace import PUSH_LENGTH, Workspace
+from grasping_invisible.runtime.workspace import Workspace
 
 Metres = Annotated[float, msgspec.Meta(ge=0, le=1)]
 

@@ -8,14 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-ROTATIONS = 16
-PUSH_LENGTH = 0.10  # metres
-
-
-def rotation_angle(k: int) -> float:
-    """Yaw in radians of rotation `k` (22.5 degree steps), counter-clockwise from +x seen from above."""
-    return k * (2.0 * np.pi / ROTATIONS)
-
 
 @dataclass(frozen=True)
 class Workspace:

@@ -8,12 +8,13 @@ from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
 from numpy.typing import NDArray
 
+from grasping_invisible.data.action_grid import PUSH_LENGTH
 from grasping_invisible.data.classes import CLASSES, TARGET_COLORS
 from grasping_invisible.data.clock import to_timestamp
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.errors import RobotError
 from grasping_invisible.runtime.frame import Camera, RgbdFrame
-from grasping_invisible.runtime.workspace import PUSH_LENGTH, Workspace
+from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.sim_robot import telemetry
 from grasping_invisible.sim_robot.bin import add_bin
 from grasping_invisible.sim_robot.camera import DepthSensor, Render, default_camera, render

@@ -9,10 +9,12 @@ import torch
 from rich.console import Console
 from rich.table import Table
 
+from grasping_invisible.data.progress import bar
 from grasping_invisible.runtime.errors import BadInput
+from grasping_invisible.runtime.rotation import CRITIC_INPUTS
 from grasping_invisible.training.checkpoint import Checkpoint
 from grasping_invisible.training.command import run_command
-from grasping_invisible.training.progress import bar
+from grasping_invisible.training.critic_design import NETWORKS, CriticDesign
 from grasping_invisible.training.train_classifier import ClassifierTraining, train_classifier
 from grasping_invisible.training.train_critic import CriticTraining, train_critic
 from grasping_invisible.training.train_segmenter import SegmenterTraining, train_segmenter
@@ -70,6 +72,11 @@ def _add_critic(parser: argparse.ArgumentParser) -> None:
     _add_logs(parser)
     parser.add_argument("--batch", type=int, default=defaults.batch, help="transitions in a step")
     parser.add_argument("--rounds", type=int, default=defaults.rounds, help="times that next states are valued")
+    parser.add_argument("--network", choices=NETWORKS, default=defaults.design.network, help="densenet: the paper's")
+    parser.add_argument("--inputs", choices=CRITIC_INPUTS, default=defaults.design.inputs, help="what it sees")
+    parser.add_argument(
+        "--imagenet", type=Path, metavar="FILE", help="torchvision's DenseNet-121 (.pth, .safetensors) to begin with"
+    )
     _add_common(parser, defaults.steps)
     parser.set_defaults(command=_critic)
 
@@ -77,6 +84,8 @@ def _add_critic(parser: argparse.ArgumentParser) -> None:
 def _critic(options: argparse.Namespace, console: Console) -> Checkpoint:
     settings = CriticTraining(
         checkpoint=options.out / "critic.pt",
+        design=CriticDesign(options.network, options.inputs),
+        imagenet=options.imagenet,
         steps=_positive(options, "steps"),
         rounds=_positive(options, "rounds"),
         batch=_positive(options, "batch"),

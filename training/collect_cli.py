@@ -6,10 +6,10 @@ from pathlib import Path
 
 from rich.console import Console
 
+from grasping_invisible.data.progress import bar
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.training.collect import STAGES, Collection, SceneCounts, collect
 from grasping_invisible.training.command import run_command
-from grasping_invisible.training.progress import bar
 
 
 def main(arguments: list[str] | None = None) -> int:

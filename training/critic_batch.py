@@ -4,9 +4,9 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from grasping_invisible.data.action_grid import ROTATIONS
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.rotation import ROTATED_CELLS, critic_planes, rotate_planes, rotated_pixel
-from grasping_invisible.runtime.workspace import ROTATIONS
 from grasping_invisible.training.critic_net import CriticNet, executed
 from grasping_invisible.training.transitions import Transition
 

@@ -6,18 +6,12 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from grasping_invisible.data.action_grid import ROTATIONS, feasible_grasps
 from grasping_invisible.runtime.choice import best_value
 from grasping_invisible.runtime.critic import QMaps
 from grasping_invisible.runtime.heightmap import Heightmaps
-from grasping_invisible.runtime.motion import (
-    feasible_grasps,
-    feasible_pushes,
-    low_grasps,
-    push_heights,
-    pushes_towards,
-)
+from grasping_invisible.runtime.motion import feasible_pushes, low_grasps, push_heights, pushes_towards
 from grasping_invisible.runtime.rotation import ROTATED_CELLS, critic_planes, rotate_planes, unrotate
-from grasping_invisible.runtime.workspace import ROTATIONS
 from grasping_invisible.training.critic_net import CriticNet
 
 

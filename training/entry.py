@@ -1,6 +1,6 @@
 """Entry points of the commands of training; they import it only when called."""
 
-from grasping_invisible.runtime.extras import run_with_extra
+from grasping_invisible.data.extras import run_with_extra
 
 
 def collect() -> int:

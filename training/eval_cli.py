@@ -8,6 +8,7 @@ import msgspec
 from rich.console import Console
 from rich.table import Table
 
+from grasping_invisible.data.progress import bar
 from grasping_invisible.runtime.bundle import load_bundle
 from grasping_invisible.runtime.coordinator import COORDINATORS
 from grasping_invisible.runtime.errors import BadInput
@@ -15,7 +16,6 @@ from grasping_invisible.runtime.explorer import EXPLORERS
 from grasping_invisible.training.command import run_command
 from grasping_invisible.training.evaluation import Trial, TrialResult, run_trials, trials_of
 from grasping_invisible.training.evaluation_summary import Summary, summarise
-from grasping_invisible.training.progress import bar
 
 DEFAULT_METHOD = "ours"
 

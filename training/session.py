@@ -6,9 +6,9 @@ from pathlib import Path
 import torch
 from rich.console import Console
 
+from grasping_invisible.data.progress import bar
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights, save_checkpoint
-from grasping_invisible.training.progress import bar
 
 SAVE_EVERY = 200  # steps
 NOTE_EVERY = 20

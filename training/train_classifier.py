@@ -11,16 +11,18 @@ from numpy.typing import NDArray
 from rich.console import Console
 from torch.nn import functional
 
+from grasping_invisible.data.progress import bar
 from grasping_invisible.data.target_border import target_border
 from grasping_invisible.runtime.coordinator import classifier_features
 from grasping_invisible.runtime.errors import BadInput
-from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights, source_commit
+from grasping_invisible.training.checkpoint import Checkpoint, source_commit
 from grasping_invisible.training.classifier_net import ClassifierNet
+from grasping_invisible.training.critic_design import load_critic
 from grasping_invisible.training.critic_net import CriticNet
 from grasping_invisible.training.critic_score import auc
 from grasping_invisible.training.critic_values import best_values, q_maps
+from grasping_invisible.training.device import training_device
 from grasping_invisible.training.fingerprint import data_fingerprint, weights_fingerprint
-from grasping_invisible.training.progress import bar
 from grasping_invisible.training.session import Session
 from grasping_invisible.training.split import split
 from grasping_invisible.training.transitions import Transition
@@ -54,9 +56,8 @@ class Examples:
 
 def train_classifier(settings: ClassifierTraining, transitions: Sequence[Transition], console: Console) -> Checkpoint:
     """Train by binary cross-entropy (paper, section VI-A), score on held-out runs. Raises `BadInput`."""
-    critic = CriticNet()
-    load_weights(critic, load_checkpoint(settings.critic, "critic"), settings.critic)
-    taught, held_out = (examples_of(part, critic.eval(), console) for part in split(transitions))
+    critic = load_critic(settings.critic).to(training_device()).eval()
+    taught, held_out = (examples_of(part, critic, console) for part in split(transitions))
     for part in (taught, held_out):
         if len(part) < 2 or part.grasped.all() or not part.grasped.any():
             raise BadInput(
@@ -70,7 +71,9 @@ def train_classifier(settings: ClassifierTraining, transitions: Sequence[Transit
     session = Session("classifier", settings.checkpoint, net, optimizer, settings.learning_rate, settings.steps, data)
     if not session.finished:
         net.train()
-        session.run(lambda step: _loss(net, taught, settings, step), console)
+        session.run(
+            lambda step: _losses(net, taught, settings, step), console, measure=lambda: score_classifier(net, held_out)
+        )
     return session.finish(
         score_classifier(net.eval(), held_out),
         {
@@ -116,10 +119,9 @@ def score_classifier(net: ClassifierNet, examples: Examples) -> dict[str, float]
     }
 
 
-def _loss(net: ClassifierNet, examples: Examples, settings: ClassifierTraining, step: int) -> torch.Tensor:
+def _losses(net: ClassifierNet, examples: Examples, settings: ClassifierTraining, step: int) -> dict[str, torch.Tensor]:
     rng = np.random.default_rng((settings.seed, step))
     indices = rng.integers(len(examples), size=settings.batch)
     logits = net(torch.from_numpy(examples.features[indices]))
-    return functional.binary_cross_entropy_with_logits(
-        logits, torch.from_numpy(examples.grasped[indices].astype(np.float32))
-    )
+    grasped = torch.from_numpy(examples.grasped[indices].astype(np.float32))
+    return {"loss": functional.binary_cross_entropy_with_logits(logits, grasped)}

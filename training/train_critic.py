@@ -1,26 +1,33 @@
 """Training the critic from logged motions (paper, sections V-A and VI, appendix C)."""
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import torch
 from rich.console import Console
 from torch.nn import functional
 
+from grasping_invisible.data.action_grid import ROTATIONS
+from grasping_invisible.data.progress import bar
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.rewards import REWARD_VERSION
 from grasping_invisible.runtime.errors import BadInput
-from grasping_invisible.runtime.workspace import ROTATIONS
+from grasping_invisible.runtime.manifest import file_sha256
 from grasping_invisible.training.checkpoint import Checkpoint, source_commit
 from grasping_invisible.training.critic_batch import example, executed_values
+from grasping_invisible.training.critic_design import CriticDesign
 from grasping_invisible.training.critic_net import CriticNet
 from grasping_invisible.training.critic_score import score_critic
 from grasping_invisible.training.critic_values import best_values, q_maps
+from grasping_invisible.training.densenet_critic import DenseNetCritic
+from grasping_invisible.training.device import training_device
 from grasping_invisible.training.fingerprint import data_fingerprint
-from grasping_invisible.training.progress import bar
+from grasping_invisible.training.imagenet_weights import load_imagenet
 from grasping_invisible.training.session import Session
 from grasping_invisible.training.split import split
 from grasping_invisible.training.transitions import Transition
@@ -31,6 +38,9 @@ PRIORITY_FLOOR = 0.02
 # Of the 16 rotations, so many drawn at random value a next state: the greatest Q value of half of them is nearly
 # that of all, at half the time.
 ROTATIONS_VALUED = 8
+# Held-out transitions of which the curves during a training are drawn; the scores at its end are of all.
+WATCHED = 300
+WATCHED_SCORES = ("td_error", "grasp_auc", "grasp_accuracy", "push_auc")
 
 
 @dataclass(frozen=True)
@@ -38,9 +48,12 @@ class CriticTraining:
     """How to train. `rounds`: the values of next states are computed anew at the start of each but the first.
 
     In the first round next states count nothing: the critic learns what motions do before what they lead to.
+    `imagenet`: weights that a DenseNet's trunk begins with, see `imagenet_weights`.
     """
 
     checkpoint: Path
+    design: CriticDesign = CriticDesign()
+    imagenet: Path | None = None
     steps: int = 2000
     rounds: int = 3
     batch: int = 32
@@ -54,9 +67,9 @@ def train_critic(settings: CriticTraining, transitions: Sequence[Transition], co
     if not taught or not held_out:
         raise BadInput(f"{len(transitions)} transitions are too few to train on and to score with")
     torch.manual_seed(settings.seed)
-    net = CriticNet()
+    net, design = _untrained(settings)
     optimizer = torch.optim.AdamW(net.parameters(), settings.learning_rate, weight_decay=1e-4)
-    replay = Replay(taught)
+    replay, watched = Replay(taught), Replay(held_out[:: math.ceil(len(held_out) / WATCHED)])
     session = Session(
         "critic",
         settings.checkpoint,
@@ -65,15 +78,19 @@ def train_critic(settings: CriticTraining, transitions: Sequence[Transition], co
         settings.learning_rate,
         settings.steps,
         data_fingerprint(Counter(transition.run for transition in transitions)),
-        {"targets": replay.targets, "errors": replay.errors},
+        {"targets": replay.targets, "errors": replay.errors, "watched_targets": watched.targets},
+        design,
     )
     ends = [settings.steps * (index + 1) // settings.rounds for index in range(settings.rounds)]
     for start, end in zip([0, *ends], ends, strict=False):
         if session.step == start and start > 0 and not session.finished:
-            value_next_states(net, taught, replay.targets, settings.seed + start, console)
+            for part in (replay, watched):
+                value_next_states(net, part.transitions, part.targets, settings.seed + start, console)
         if session.step < end:
             net.train()
-            session.run(lambda step: _loss(net, replay, settings, step), console, end)
+            session.run(
+                lambda step: _losses(net, replay, settings, step), console, end, lambda: _watched_scores(net, watched)
+            )
 
     held_out_targets = torch.tensor([transition.reward for transition in held_out])
     value_next_states(net, held_out, held_out_targets, settings.seed, console)
@@ -139,12 +156,32 @@ def value_next_states(
             advance()
 
 
-def _loss(net: CriticNet, replay: Replay, settings: CriticTraining, step: int) -> torch.Tensor:
-    """Huber loss of the temporal difference (paper, section VI-A) through executed cells only."""
+def _untrained(settings: CriticTraining) -> tuple[CriticNet, dict[str, str]]:
+    """The network to train, where it will be trained, and what its checkpoint is to say of its design."""
+    net = settings.design.build()
+    design = msgspec.to_builtins(settings.design)
+    if settings.imagenet is not None:
+        if not isinstance(net, DenseNetCritic):
+            raise BadInput(f"weights from ImageNet are for the network densenet, not for {settings.design.network}")
+        load_imagenet(net.trunk, settings.imagenet)
+        design["imagenet_sha256"] = file_sha256(settings.imagenet)
+    return net.to(training_device()), design
+
+
+def _watched_scores(net: CriticNet, watched: Replay) -> dict[str, float]:
+    scores = score_critic(net, watched.transitions, watched.targets.numpy())
+    return {name: scores[name] for name in WATCHED_SCORES if name in scores}
+
+
+def _losses(net: CriticNet, replay: Replay, settings: CriticTraining, step: int) -> dict[str, torch.Tensor]:
+    """Huber loss of the temporal difference (paper, section VI-A) through executed cells only, and its mean size."""
     rng = np.random.default_rng((settings.seed, step))
     indices, weights = replay.draw(rng, settings.batch, step / settings.steps)
     batch = [replay.transitions[index] for index in indices]
-    values = executed_values(net, [example(item, rng) for item in batch], [item.kind for item in batch])
-    differences = values - replay.targets[indices]
-    replay.errors[indices] = differences.detach().abs()
-    return (weights * functional.huber_loss(values, replay.targets[indices], reduction="none")).mean()
+    examples = [example(item, net.planes, rng) for item in batch]
+    values = executed_values(net, examples, [item.kind for item in batch])
+    targets = replay.targets[indices].to(net.device)
+    errors = (values - targets).detach().abs()
+    replay.errors[indices] = errors.cpu()
+    loss = functional.huber_loss(values, targets, reduction="none")
+    return {"loss": (weights.to(net.device) * loss).mean(), "td_error": errors.mean()}

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from rich.console import Console
 from torch.nn import functional
 
+from grasping_invisible.data.progress import bar
 from grasping_invisible.training.augment import draw_crop
 from grasping_invisible.training.checkpoint import Checkpoint, source_commit
 from grasping_invisible.training.fingerprint import data_fingerprint
-from grasping_invisible.training.progress import bar
 from grasping_invisible.training.renders import HELD_OUT_SEEDS, VIEWS, Views, load_pile, render_missing
 from grasping_invisible.training.segmenter_net import SegmenterGraph, SegmenterNet
 from grasping_invisible.training.segmenter_score import score_segmenter

@@ -14,15 +14,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from grasping_invisible.data.action_grid import PUSH_LENGTH, feasible_grasps, heightmap_cell, rotation_angle
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.data.heightmap_message import decode_heightmaps
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.rewards import grasp_reward, push_passes, push_reward
 from grasping_invisible.data.steps import LoggedStep, steps
 from grasping_invisible.runtime.heightmap import Heightmaps
-from grasping_invisible.runtime.motion import feasible_grasps
-from grasping_invisible.runtime.rotation import ACTION_CELLS
-from grasping_invisible.runtime.workspace import PUSH_LENGTH, Workspace, rotation_angle
+from grasping_invisible.runtime.workspace import Workspace
 
 FEWEST_CELLS = 12  # of a colour in view, for it to be a goal
 NEAR_PUSH = 0.02  # metres beside a push within which it teaches about another colour
@@ -115,7 +114,7 @@ def grasped_class(before: Heightmaps, after: Heightmaps | None, decision: gi.Dec
     """Which colour a successful grasp took: that under its cell, if it vanished from there; None when unsure."""
     if after is None:
         return None
-    row, column = (round(value) for value in heightmap_cell(decision, before.workspace.cells))
+    row, column = (round(value) for value in heightmap_cell(decision.row, decision.column, before.workspace.cells))
     near = round(GRASP_SURROUNDINGS / before.workspace.resolution / 2)
     window = (slice(max(0, row - near), row + near + 1), slice(max(0, column - near), column + near + 1))
     candidates = np.bincount(
@@ -128,15 +127,9 @@ def grasped_class(before: Heightmaps, after: Heightmaps | None, decision: gi.Dec
     return index if left <= (1.0 - GONE) * was else None
 
 
-def heightmap_cell(decision: gi.Decision, cells: int) -> tuple[float, float]:
-    """The (row, column), fractional, of the middle of a decision's cell, in a heightmap of `cells` a side."""
-    factor = cells / ACTION_CELLS
-    return (decision.row + 0.5) * factor - 0.5, (decision.column + 0.5) * factor - 0.5
-
-
 def _reward(before: Heightmaps, after: Heightmaps | None, goal: int, decision: gi.Decision, success: bool) -> float:
     mask = before.labels == goal
-    start = heightmap_cell(decision, before.workspace.cells)
+    start = heightmap_cell(decision.row, decision.column, before.workspace.cells)
     if decision.kind == gi.GRASP or after is None:
         return grasp_reward(mask, *start, success)
     return push_reward(
@@ -157,7 +150,7 @@ def _concerns(mask: NDArray[np.bool_], resolution: float, decision: gi.Decision)
         return bool(feasible_grasps(mask, resolution)[decision.rotation, decision.row, decision.column])
     reach = math.ceil(NEAR_PUSH / resolution)
     near = cv2.dilate(mask.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1,) * 2))
-    start = heightmap_cell(decision, len(mask))
+    start = heightmap_cell(decision.row, decision.column, len(mask))
     return push_passes(near > 0, start, float(rotation_angle(decision.rotation)), PUSH_LENGTH / resolution)
 
 

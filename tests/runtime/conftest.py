@@ -10,6 +10,7 @@ import pytest
 from google.protobuf.message import Message
 from numpy.typing import NDArray
 
+from grasping_invisible.data.action_grid import ACTION_CELLS, ROTATIONS
 from grasping_invisible.data.calibration_message import encode_calibration
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.data.clock import to_timestamp
@@ -35,9 +36,8 @@ from grasping_invisible.runtime.frame_sets import FrameParts
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.loop import RunPlan, run_loop
 from grasping_invisible.runtime.perception import Perception
-from grasping_invisible.runtime.rotation import ACTION_CELLS
 from grasping_invisible.runtime.run_log import RunFacts, RunLog
-from grasping_invisible.runtime.workspace import ROTATIONS, Workspace
+from grasping_invisible.runtime.workspace import Workspace
 
 Block = tuple[float, float, float, float, str]  # x, y of its middle, side, top: metres; colour
 TableWith = Callable[..., Heightmaps]

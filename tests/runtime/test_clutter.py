@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
 
+from grasping_invisible.data.action_grid import ROTATIONS, rotation_angle
 from grasping_invisible.runtime.clutter import clutter_prior
 from grasping_invisible.runtime.motion import cell_position
 from grasping_invisible.runtime.rotation import action_grid
-from grasping_invisible.runtime.workspace import ROTATIONS, Workspace, rotation_angle
+from grasping_invisible.runtime.workspace import Workspace
 
 
 def prior_at(prior, k, x, y):

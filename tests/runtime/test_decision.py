@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 
+from grasping_invisible.data.action_grid import ROTATIONS
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.critic import QMaps
@@ -13,7 +14,7 @@ from grasping_invisible.runtime.memory import FruitlessAction, Memory, memory_fr
 from grasping_invisible.runtime.motion import cell_position
 from grasping_invisible.runtime.rotation import to_action_grid
 from grasping_invisible.runtime.safety import SafetyLimits, check_command
-from grasping_invisible.runtime.workspace import ROTATIONS, Workspace
+from grasping_invisible.runtime.workspace import Workspace
 
 SETTINGS = DecisionSettings("red")
 TARGET = (0.55, 0.05, 0.05, 0.05, "red")

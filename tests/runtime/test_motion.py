@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from grasping_invisible.data.action_grid import PUSH_LENGTH, ROTATIONS, feasible_grasps, rotation_angle
 from grasping_invisible.runtime import motion
 from grasping_invisible.runtime.rotation import action_grid
-from grasping_invisible.runtime.workspace import PUSH_LENGTH, ROTATIONS, Workspace, rotation_angle
+from grasping_invisible.runtime.workspace import Workspace
 
 WORKSPACE = Workspace()
 
@@ -108,16 +109,6 @@ def test_pushes_end_well_inside_the_workspace(k, row, column):
         assert motion.ends_inside(WORKSPACE)[k, row, column] == (to_the_edge > motion.PUSH_END_INSET)
 
 
-def test_grasps_are_aimed_at_the_target_or_just_beside_it(table_with):
-    mask = table_with((0.5, 0.0, 0.04, 0.05, "red")).labels == 1
-    feasible = motion.feasible_grasps(mask, WORKSPACE.resolution)
-    assert feasible.shape == (16, 112, 112)
-    assert feasible[:, *cell_at(0.5, 0.0)].all()
-    assert feasible[0][cell_at(0.5 + 0.023, 0.0)]
-    assert not feasible[0][cell_at(0.5 + 0.032, 0.0)]
-    assert not motion.feasible_grasps(np.zeros_like(mask), WORKSPACE.resolution).any()
-
-
 @pytest.mark.parametrize(
     ("k", "aside", "towards"), [(0, 0.0, True), (0, 0.06, False), (8, 0.0, False), (4, 0.0, False)]
 )
@@ -138,7 +129,7 @@ def test_no_motion_starts_above_what_the_arm_may_reach(table_with):
     assert not motion.feasible_pushes(maps, heights)[0][on_top]
     assert not motion.open_pushes(WORKSPACE, heights)[0][on_top]
 
-    aimed = motion.feasible_grasps(maps.labels == 1, WORKSPACE.resolution)
+    aimed = feasible_grasps(maps.labels == 1, WORKSPACE.resolution)
     low = motion.low_grasps(maps, aimed)
     for row, column in np.argwhere(aimed[0]):
         assert low[0, row, column] == (motion.grasp_height(maps, row, column) <= motion.MAX_TCP_HEIGHT)
@@ -149,5 +140,5 @@ def test_no_motion_starts_above_what_the_arm_may_reach(table_with):
 def test_a_single_wild_reading_does_not_forbid_a_grasp(table_with):
     maps = table_with((0.5, 0.0, 0.05, 0.05, "red"))
     maps.height[WORKSPACE.cell_of(0.5, 0.0)] = 0.3
-    aimed = motion.feasible_grasps(maps.labels == 1, WORKSPACE.resolution)
+    aimed = feasible_grasps(maps.labels == 1, WORKSPACE.resolution)
     np.testing.assert_array_equal(motion.low_grasps(maps, aimed), aimed)

@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from grasping_invisible.data.action_grid import ROTATIONS, rotation_angle
 from grasping_invisible.runtime import rotation
 from grasping_invisible.runtime.heightmap import Heightmaps
-from grasping_invisible.runtime.workspace import ROTATIONS, Workspace, rotation_angle
+from grasping_invisible.runtime.workspace import Workspace
 
 cells = st.integers(0, rotation.ACTION_CELLS - 1)
 

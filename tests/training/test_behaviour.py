@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from grasping_invisible.data.action_grid import ACTION_CELLS, ROTATIONS
 from grasping_invisible.runtime.heightmap import Heightmaps
-from grasping_invisible.runtime.rotation import ACTION_CELLS
-from grasping_invisible.runtime.workspace import ROTATIONS, Workspace
+from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.sim_robot.robot import SimRobot
 from grasping_invisible.sim_robot.scene import Scene, SceneObject
 from grasping_invisible.training.behaviour import Behaviour

@@ -8,7 +8,7 @@ from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.steps import LoggedStep
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.workspace import Workspace
-from grasping_invisible.training.transitions import Transition, grasped_class, heightmap_cell, transitions_of
+from grasping_invisible.training.transitions import Transition, grasped_class, transitions_of
 
 RED, BLUE = CLASSES.index("red"), CLASSES.index("blue")
 RED_AT, BLUE_AT = (56, 40), (56, 70)  # rows and columns of the action grid
@@ -111,10 +111,6 @@ def test_a_motion_that_was_not_made_teaches_nothing(status: gi.MotionStatus) -> 
     assert logged.outcome is not None
     logged.outcome.status = status
     assert learned(logged, BEFORE) == {}
-
-
-def test_cells_of_the_action_grid_have_their_middle_between_heightmap_cells() -> None:
-    assert heightmap_cell(gi.Decision(row=0, column=111), 224) == (0.5, 222.5)
 
 
 def test_messages_survive_the_way_through_a_log() -> None:

@@ -3,7 +3,7 @@
 import importlib
 import sys
 
-from grasping_invisible.runtime.errors import EXIT_BAD_INPUT
+from grasping_invisible.data.errors import EXIT_BAD_INPUT
 
 
 def run_with_extra(program: str, extra: str, module: str) -> int:
