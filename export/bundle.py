@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from grasping_invisible.data.action_grid import ROTATIONS
 from grasping_invisible.export.onnx_file import Graph, write_onnx
 from grasping_invisible.runtime.classifier import FEATURES
-from grasping_invisible.runtime.manifest import CameraAssumptions, Manifest, ModelFile, write_manifest
-from grasping_invisible.runtime.rotation import PLANES, ROTATED_CELLS
+from grasping_invisible.runtime.manifest import CameraAssumptions, CriticInput, Manifest, ModelFile, write_manifest
+from grasping_invisible.runtime.rotation import ROTATED_CELLS
 from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights, source_commit
 from grasping_invisible.training.classifier_net import ClassifierGraph, ClassifierNet
-from grasping_invisible.training.critic_net import CriticNet
+from grasping_invisible.training.critic_design import critic_of
 from grasping_invisible.training.segmenter_net import SegmenterGraph, SegmenterNet
 
 MODELS = ("segmenter", "critic", "classifier")
@@ -41,6 +41,7 @@ def export_bundle(checkpoints: dict[str, Checkpoint], out: Path) -> Manifest:
     manifest = Manifest(
         project_version=version("grasping-invisible"),
         source_commit=source_commit(),
+        critic_input=CriticInput(planes=files["critic"].inputs[0].shape[1]),
         segmenter=files["segmenter"],
         critic=files["critic"],
         classifier=files["classifier"],
@@ -58,9 +59,8 @@ def _graph(checkpoint: Checkpoint, source: Path) -> Graph:
         graph = SegmenterGraph(net)
         return Graph("segmenter", graph, "color", ("labels",), False, images, LABEL_TOLERANCE)
     if checkpoint.kind == "critic":
-        net = CriticNet()
-        load_weights(net, checkpoint, source)
-        shape = (ROTATIONS, PLANES, ROTATED_CELLS, ROTATED_CELLS)
+        net = critic_of(checkpoint, source)
+        shape = (ROTATIONS, net.planes, ROTATED_CELLS, ROTATED_CELLS)
         planes = tuple(rng.random(shape, np.float32) for _ in range(EXAMPLES))
         return Graph("critic", net, "planes", ("push", "grasp"), True, planes, Q_TOLERANCE)
     net = ClassifierNet()

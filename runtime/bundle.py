@@ -70,6 +70,6 @@ def load_bundle(folder: str | Path | None = None, threads: int = DEFAULT_THREADS
         folder=path,
         manifest=manifest,
         segmenter=Segmenter(OnnxModel(path, manifest.segmenter, threads), manifest.segmenter),
-        critic=Critic(OnnxModel(path, manifest.critic, threads)),
+        critic=Critic(OnnxModel(path, manifest.critic, threads), manifest.critic_input.planes),
         classifier=Classifier(OnnxModel(path, manifest.classifier, 1)),
     )

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from grasping_invisible.data.action_grid import ROTATIONS
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.onnx_model import OnnxModel
-from grasping_invisible.runtime.rotation import PLANES, ROTATED_CELLS, critic_planes, rotate_planes, unrotate
+from grasping_invisible.runtime.rotation import ROTATED_CELLS, critic_planes, rotate_planes, unrotate
 
 
 @dataclass(frozen=True)
@@ -25,11 +25,13 @@ class QMaps:
 class Critic:
     """The critic network: planes of every rotation in, Q maps out."""
 
-    def __init__(self, model: OnnxModel) -> None:
+    def __init__(self, model: OnnxModel, planes: int) -> None:
+        """`planes`: how many of `critic_planes` the model takes."""
         self._model = model
-        model(np.zeros((ROTATIONS, PLANES, ROTATED_CELLS, ROTATED_CELLS), np.float32))  # plans its memory
+        self._planes = planes
+        model(np.zeros((ROTATIONS, planes, ROTATED_CELLS, ROTATED_CELLS), np.float32))  # plans its memory
 
     def q_maps(self, maps: Heightmaps, mask: NDArray[np.bool_]) -> QMaps:
         """Push and grasp Q maps for the target under `mask`, (N, N) bool; all true stands for any object."""
-        push, grasp = self._model(rotate_planes(critic_planes(maps, mask)))
+        push, grasp = self._model(rotate_planes(critic_planes(maps, mask, self._planes)))
         return QMaps(unrotate(push), unrotate(grasp))

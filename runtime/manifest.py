@@ -11,7 +11,7 @@ import msgspec
 from grasping_invisible.data.action_grid import ACTION_CELLS, ROTATIONS
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.runtime.errors import BundleError
-from grasping_invisible.runtime.rotation import HEIGHT_SCALE, PLANES, ROTATED_CELLS
+from grasping_invisible.runtime.rotation import CRITIC_INPUTS, HEIGHT_SCALE, PLANES, ROTATED_CELLS
 from grasping_invisible.runtime.workspace import Workspace
 
 FORMAT = 1
@@ -50,7 +50,8 @@ class ModelFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
 class CriticInput(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """How heightmaps become the critic's planes; see `runtime.rotation.critic_planes`.
 
-    Planes are red, green, blue (-1 to 1), height (in `height_scale` metres) and target mask (0 to 1).
+    `planes`: 5 are red, green, blue (-1 to 1), height (in `height_scale` metres) and target mask (0 to 1); 2 are
+    height and mask alone.
     `workspace_size` and `resolution` (of a heightmap cell) in metres.
     """
 
@@ -108,10 +109,13 @@ def read_manifest(folder: Path) -> Manifest:
         raise BundleError(f"model bundle {folder}: {error}") from None
     except msgspec.DecodeError as error:
         raise BundleError(f"model bundle {folder}: {FILE_NAME} is not valid: {error}") from None
+    seen = manifest.critic_input.planes if manifest.critic_input.planes in CRITIC_INPUTS.values() else PLANES
+    shape = (-1, seen, ROTATED_CELLS, ROTATED_CELLS)
     for what, theirs, ours in (
         ("format", manifest.format, FORMAT),
         ("classes", manifest.classes, CLASSES),
-        ("critic_input", manifest.critic_input, CriticInput()),
+        ("critic_input", manifest.critic_input, CriticInput(planes=seen)),
+        ("critic's shape", tuple(tensor.shape for tensor in manifest.critic.inputs), (shape,)),
     ):
         if theirs != ours:
             raise BundleError(

@@ -20,6 +20,8 @@ from grasping_invisible.runtime.workspace import Workspace
 
 ROTATED_CELLS = 160  # holds 112 * sqrt(2), whatever the angle
 PLANES = 5  # red, green, blue, height, target mask
+# What a critic may be made to see, and how many planes that is: always the last of them.
+CRITIC_INPUTS = {"color+depth+mask": PLANES, "depth+mask": 2}
 HEIGHT_SCALE = 0.1  # metres of height that a height plane calls 1
 ANGLES = np.array([rotation_angle(k) for k in range(ROTATIONS)])  # yaw of each rotation, radians
 _QUARTER_TURNS = (cv2.ROTATE_90_CLOCKWISE, cv2.ROTATE_180, cv2.ROTATE_90_COUNTERCLOCKWISE)
@@ -30,18 +32,19 @@ def action_grid(workspace: Workspace) -> Workspace:
     return replace(workspace, resolution=workspace.size / ACTION_CELLS)
 
 
-def critic_planes(maps: Heightmaps, mask: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """The critic's input on the action grid, (112, 112, 5) float32; the one place where it is normalised.
+def critic_planes(maps: Heightmaps, mask: NDArray[np.bool_], count: int = PLANES) -> NDArray[np.float32]:
+    """The critic's input on the action grid, (112, 112, P) float32; the one place where it is normalised.
 
     Planes 0 to 2: RGB from -1 to 1. Plane 3: height above the table in units of `HEIGHT_SCALE`. Plane 4: the
-    share of the cell covered by the target, 0 to 1. `mask`: (N, N) bool, the target's cells. Cells are
-    averaged by area, so a gap of one heightmap cell lowers the height and does not vanish. A grey, empty
-    table is 0 in every plane.
+    share of the cell covered by the target, 0 to 1. `mask`: (N, N) bool, the target's cells. `count`: P, one of the
+    values of `CRITIC_INPUTS`; the colours are left out of 2. Cells are averaged by area, so a gap of one heightmap
+    cell lowers the height and does not vanish. A grey, empty table is 0 in every plane.
     """
-    planes = np.empty((ACTION_CELLS, ACTION_CELLS, PLANES), np.float32)
-    planes[..., :3] = to_action_grid(maps.color.astype(np.float32)) * (2.0 / 255.0) - 1.0
-    planes[..., 3] = to_action_grid(maps.height) * (1.0 / HEIGHT_SCALE)
-    planes[..., 4] = to_action_grid(mask.astype(np.float32))
+    planes = np.empty((ACTION_CELLS, ACTION_CELLS, count), np.float32)
+    if count == PLANES:
+        planes[..., :3] = to_action_grid(maps.color.astype(np.float32)) * (2.0 / 255.0) - 1.0
+    planes[..., -2] = to_action_grid(maps.height) * (1.0 / HEIGHT_SCALE)
+    planes[..., -1] = to_action_grid(mask.astype(np.float32))
     return planes
 
 

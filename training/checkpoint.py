@@ -15,7 +15,8 @@ from grasping_invisible.runtime.errors import BadInput
 class Checkpoint:
     """One network.
 
-    `weights`: its state dictionary. `trained_on`: counts, seeds, sources. `scores`: on held-out data.
+    `weights`: its state dictionary. `trained_on`: counts, seeds, sources. `scores`: on held-out data. `design`: which
+    of several networks it is, where there are several.
     `resume`: steps and fingerprint of the data; until the training is finished, what it needs to go on as well.
     """
 
@@ -24,6 +25,7 @@ class Checkpoint:
     trained_on: dict[str, str | int | float] = field(default_factory=dict)
     scores: dict[str, float] = field(default_factory=dict)
     resume: dict[str, Any] = field(default_factory=dict)
+    design: dict[str, str] = field(default_factory=dict)
 
 
 def save_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
@@ -39,7 +41,7 @@ def load_checkpoint(path: Path, kind: str) -> Checkpoint:
     if not path.is_file():
         raise BadInput(f"no {kind} checkpoint at {path}; make one with gi-train {kind}")
     try:
-        checkpoint = Checkpoint(**torch.load(path, weights_only=True))
+        checkpoint = Checkpoint(**torch.load(path, map_location="cpu", weights_only=True))
     except Exception as error:  # torch.load fails in as many ways as there are damaged files
         reason = (str(error) or type(error).__name__).splitlines()[0]
         raise BadInput(f"{path} is not a checkpoint: {reason}") from None

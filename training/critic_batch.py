@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from grasping_invisible.data.action_grid import ROTATIONS
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
-from grasping_invisible.runtime.rotation import ROTATED_CELLS, critic_planes, rotate_planes, rotated_pixel
+from grasping_invisible.runtime.rotation import PLANES, ROTATED_CELLS, critic_planes, rotate_planes, rotated_pixel
 from grasping_invisible.training.critic_net import CriticNet, executed
 from grasping_invisible.training.transitions import Transition
 
@@ -18,8 +18,8 @@ COLOR_GAIN, COLOR_SHIFT = 0.15, 0.1
 Example = tuple[NDArray[np.float32], tuple[int, int]]
 
 
-def example(transition: Transition, rng: np.random.Generator | None = None) -> Example:
-    """Planes turned to the executed action, (5, S, S), and the pixel (row, column) where its Q value is.
+def example(transition: Transition, planes: int, rng: np.random.Generator | None = None) -> Example:
+    """So many `planes` turned to the executed action, (P, S, S), and the pixel (row, column) where its Q value is.
 
     With `rng` augmented and cropped to `CROP`: mirrored about the action's axis, a grasp turned by half a turn,
     colours and heights changed. Without it all of the rotated grid.
@@ -27,30 +27,31 @@ def example(transition: Transition, rng: np.random.Generator | None = None) -> E
     rotation, row, column = transition.rotation, transition.row, transition.column
     if rng is not None and transition.kind == gi.GRASP and rng.random() < 0.5:
         rotation = (rotation + ROTATIONS // 2) % ROTATIONS
-    planes = critic_planes(transition.before, transition.mask)
+    seen = critic_planes(transition.before, transition.mask, planes)
     if rng is not None:
-        _distort(planes, rng)
-    (turned,) = rotate_planes(planes, [rotation])
+        _distort(seen, rng)
+    (turned,) = rotate_planes(seen, [rotation])
     pixel = rotated_pixel(row, column, rotation)
     return (turned, pixel) if rng is None else _crop(turned, pixel, rng)
 
 
 def executed_values(net: CriticNet, examples: list[Example], kinds: list[int]) -> torch.Tensor:
-    """The Q values of executed actions, (B,), each from the map of its kind of motion."""
+    """The Q values of executed actions, (B,) on the network's device, each from the map of its kind of motion."""
     planes = torch.from_numpy(np.stack([planes for planes, _ in examples]))
-    pixels = torch.tensor([pixel for _, pixel in examples])
-    push, grasp = net(planes.contiguous(memory_format=torch.channels_last))
-    is_push = torch.tensor([kind == gi.PUSH for kind in kinds])
+    pixels = torch.tensor([pixel for _, pixel in examples], device=net.device)
+    push, grasp = net(planes.to(net.device, memory_format=torch.channels_last))
+    is_push = torch.tensor([kind == gi.PUSH for kind in kinds], device=net.device)
     return torch.where(is_push, executed(push, pixels), executed(grasp, pixels))
 
 
 def _distort(planes: NDArray[np.float32], rng: np.random.Generator) -> None:
-    """Other light and a noisier depth camera, in place; planes (112, 112, 5)."""
-    gain = rng.uniform(1 - COLOR_GAIN, 1 + COLOR_GAIN, 3)
-    shift = rng.uniform(-COLOR_SHIFT, COLOR_SHIFT, 3)
-    planes[..., :3] = np.clip((planes[..., :3] + 1) * gain + shift, 0, 2) - 1
+    """Other light, where colour is seen, and a noisier depth camera, in place; planes (112, 112, P)."""
+    if planes.shape[2] == PLANES:
+        gain = rng.uniform(1 - COLOR_GAIN, 1 + COLOR_GAIN, 3)
+        shift = rng.uniform(-COLOR_SHIFT, COLOR_SHIFT, 3)
+        planes[..., :3] = np.clip((planes[..., :3] + 1) * gain + shift, 0, 2) - 1
     noise = rng.standard_normal(planes.shape[:2], np.float32) * np.float32(HEIGHT_NOISE * rng.random())
-    planes[..., 3] = np.maximum(planes[..., 3] + noise, 0)
+    planes[..., -2] = np.maximum(planes[..., -2] + noise, 0)
 
 
 def _crop(planes: NDArray[np.float32], pixel: tuple[int, int], rng: np.random.Generator) -> Example:

@@ -46,7 +46,8 @@ def predicted(net: CriticNet, transitions: Sequence[Transition]) -> NDArray[np.f
     with torch.inference_mode():
         for start in range(0, len(transitions), BATCH):
             batch = transitions[start : start + BATCH]
-            values.append(executed_values(net, [example(t) for t in batch], [t.kind for t in batch]).numpy())
+            examples = [example(transition, net.planes) for transition in batch]
+            values.append(executed_values(net, examples, [transition.kind for transition in batch]).cpu().numpy())
     return np.concatenate(values)
 
 

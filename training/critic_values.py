@@ -19,10 +19,10 @@ def q_maps(
     net: CriticNet, maps: Heightmaps, mask: NDArray[np.bool_], rotations: Sequence[int] = range(ROTATIONS)
 ) -> QMaps:
     """Q maps of a network in evaluation mode; minus infinity for rotations that are not asked for."""
-    planes = torch.from_numpy(rotate_planes(critic_planes(maps, mask), rotations))
+    planes = torch.from_numpy(rotate_planes(critic_planes(maps, mask, net.planes), rotations))
     with torch.inference_mode():
-        outputs = net(planes.contiguous(memory_format=torch.channels_last))
-    push, grasp = (_all_rotations(output.numpy(), rotations) for output in outputs)
+        outputs = net(planes.to(net.device, memory_format=torch.channels_last))
+    push, grasp = (_all_rotations(output.cpu().numpy(), rotations) for output in outputs)
     return QMaps(push, grasp)
 
 

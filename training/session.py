@@ -1,17 +1,19 @@
-"""One training run of a network: steps, learning rate, checkpoints that an interrupted run goes on from."""
+"""One training run of a network: steps, learning rate, curves, checkpoints that an interrupted run goes on from."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
+import numpy as np
 import torch
 from rich.console import Console
 
 from grasping_invisible.data.progress import bar
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights, save_checkpoint
+from grasping_invisible.training.curves import FOLDER, Curves
 
 SAVE_EVERY = 200  # steps
-NOTE_EVERY = 20
+NOTE_EVERY = 20  # steps between two points of a curve
 MAX_GRADIENT = 5.0  # norm
 
 
@@ -33,13 +35,16 @@ class Session:
         steps: int,
         data: str,
         memory: dict[str, torch.Tensor] | None = None,
+        design: dict[str, str] | None = None,
     ) -> None:
         """`data`: a fingerprint of what is trained on. `memory`: tensors that steps change in place, kept in
-        checkpoints too. Raises `BadInput` where the checkpoint there cannot be used.
+        checkpoints too. `design`: which network `net` is, where a kind has several. Raises `BadInput` where the
+        checkpoint there cannot be used.
         """
         self.kind, self.path, self.net, self.optimizer = kind, path, net, optimizer
         self.steps, self.data = steps, data
         self.memory = memory or {}
+        self.design = design or {}
         self.step = 0
         self.schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, learning_rate, total_steps=steps, pct_start=0.15)
         if path.is_file():
@@ -50,25 +55,56 @@ class Session:
         """Whether all steps are done."""
         return self.step >= self.steps
 
-    def run(self, loss_of_step: Callable[[int], torch.Tensor], console: Console, until: int | None = None) -> None:
-        """Take the steps that are left, or those before `until`; saves now and then, and on the way out."""
+    def run(
+        self,
+        losses_of_step: Callable[[int], Mapping[str, torch.Tensor]],
+        console: Console,
+        until: int | None = None,
+        measure: Callable[[], Mapping[str, float]] | None = None,
+    ) -> None:
+        """Take the steps that are left, or those before `until`; saves now and then, and on the way out.
+
+        `losses_of_step(step)`: single values; that named "loss" is descended, and all become curves, each point a mean
+        of `NOTE_EVERY` steps. `measure()`: scores on held-out data, asked for whenever it saves on the way; it gets the
+        network in evaluation mode and draws no random numbers of torch's.
+        """
         end = self.steps if until is None else until
-        mean = None
+        curves = Curves(self.path.parent / FOLDER / self.kind)
+        recent: list[dict[str, float]] = []
         try:
             with bar(f"training {self.kind}", self.steps, console, self.step) as advance:
                 while self.step < end:
-                    loss = self._take(loss_of_step(self.step))
-                    mean = loss if mean is None else 0.98 * mean + 0.02 * loss
-                    advance(f"loss {mean:.4f}" if self.step % NOTE_EVERY == 0 else None)
+                    losses = losses_of_step(self.step)
+                    recent.append({name: float(value.detach()) for name, value in losses.items()})
+                    self._take(losses["loss"])
+                    note = None
+                    if self.step % NOTE_EVERY == 0:
+                        means = {name: float(np.mean([values[name] for values in recent])) for name in recent[0]}
+                        (rate,) = self.schedule.get_last_lr()
+                        curves.add(self.step, {"learning_rate": rate, **_below("training", means)})
+                        note = f"loss {means['loss']:.4f}"
+                        recent.clear()
+                    advance(note)
                     if self.step % SAVE_EVERY == 0:
+                        if measure is not None:
+                            self.net.eval()
+                            curves.add(self.step, _below("held_out", measure()))
+                            self.net.train()
                         self.save()
+                        curves.write()
         finally:
             self.save()
+            curves.close()
 
     def finish(self, scores: dict[str, float], trained_on: dict[str, str | int | float]) -> Checkpoint:
         """Write the finished network with its scores."""
         checkpoint = Checkpoint(
-            self.kind, self.net.state_dict(), trained_on, scores, {"steps": self.steps, "data": self.data}
+            kind=self.kind,
+            weights=self.net.state_dict(),
+            trained_on=trained_on | self.design,
+            scores=scores,
+            resume={"steps": self.steps, "data": self.data},
+            design=self.design,
         )
         save_checkpoint(self.path, checkpoint)
         return checkpoint
@@ -83,20 +119,22 @@ class Session:
             "schedule": self.schedule.state_dict(),
             "memory": self.memory,
         }
-        save_checkpoint(self.path, Checkpoint(self.kind, self.net.state_dict(), resume=resume))
+        save_checkpoint(self.path, Checkpoint(self.kind, self.net.state_dict(), resume=resume, design=self.design))
 
-    def _take(self, loss: torch.Tensor) -> float:
+    def _take(self, loss: torch.Tensor) -> None:
         self.optimizer.zero_grad(set_to_none=True)
         loss.backward()
         torch.nn.utils.clip_grad_norm_(self.net.parameters(), MAX_GRADIENT)
         self.optimizer.step()
         self.schedule.step()
         self.step += 1
-        return float(loss.detach())
 
     def _resume(self, checkpoint: Checkpoint) -> None:
         if (checkpoint.resume.get("steps"), checkpoint.resume.get("data")) != (self.steps, self.data):
             raise BadInput(f"{self.path} was trained on other data or for other steps; give --out another folder")
+        if checkpoint.design != self.design:
+            theirs, ours = (", ".join(design.values()) or "unnamed" for design in (checkpoint.design, self.design))
+            raise BadInput(f"{self.path} is of another design ({theirs}, not {ours}); give --out another folder")
         load_weights(self.net, checkpoint, self.path)
         if checkpoint.scores:
             self.step = self.steps
@@ -108,3 +146,8 @@ class Session:
             if name not in self.memory or self.memory[name].shape != tensor.shape:
                 raise BadInput(f"{self.path} was trained on other data or for other steps; give --out another folder")
             self.memory[name].copy_(tensor)
+
+
+def _below(part: str, values: Mapping[str, float]) -> dict[str, float]:
+    """Curves grouped under a heading, as TensorBoard does by a slash."""
+    return {f"{part}/{name}": value for name, value in values.items()}

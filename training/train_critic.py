@@ -3,7 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import msgspec
@@ -52,7 +52,7 @@ class CriticTraining:
     """
 
     checkpoint: Path
-    design: CriticDesign = CriticDesign()
+    design: CriticDesign = field(default_factory=CriticDesign)
     imagenet: Path | None = None
     steps: int = 2000
     rounds: int = 3

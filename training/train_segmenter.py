@@ -12,11 +12,14 @@ from torch.nn import functional
 from grasping_invisible.data.progress import bar
 from grasping_invisible.training.augment import draw_crop
 from grasping_invisible.training.checkpoint import Checkpoint, source_commit
+from grasping_invisible.training.device import training_device
 from grasping_invisible.training.fingerprint import data_fingerprint
 from grasping_invisible.training.renders import HELD_OUT_SEEDS, VIEWS, Views, load_pile, render_missing
 from grasping_invisible.training.segmenter_net import SegmenterGraph, SegmenterNet
 from grasping_invisible.training.segmenter_score import score_segmenter
 from grasping_invisible.training.session import Session
+
+WATCHED = 3  # held-out piles of which the curves during a training are drawn; the scores at its end are of all
 
 
 @dataclass(frozen=True)
@@ -39,7 +42,7 @@ def train_segmenter(settings: SegmenterTraining, console: Console) -> Checkpoint
     seeds = range(settings.seed * settings.piles, (settings.seed + 1) * settings.piles)
     held_out = range(HELD_OUT_SEEDS, HELD_OUT_SEEDS + settings.held_out)
     torch.manual_seed(settings.seed)
-    net = SegmenterNet()
+    net = SegmenterNet().to(training_device())
     optimizer = torch.optim.AdamW(net.parameters(), settings.learning_rate, weight_decay=1e-4)
     data = data_fingerprint({str(seed): VIEWS for seed in (*seeds, *held_out)})
     session = Session("segmenter", settings.checkpoint, net, optimizer, settings.learning_rate, settings.steps, data)
@@ -50,7 +53,12 @@ def train_segmenter(settings: SegmenterTraining, console: Console) -> Checkpoint
     if not session.finished:
         piles = [load_pile(settings.renders, seed) for seed in seeds]
         net.train()
-        session.run(lambda step: _loss(net, piles, settings, step), console)
+        watched = list(_counted(settings.renders, held_out[:WATCHED], lambda: None))
+        session.run(
+            lambda step: _losses(net, piles, settings, step),
+            console,
+            measure=lambda: score_segmenter(labeller(net), watched),
+        )
 
     label = labeller(net)
     with bar("scoring", settings.held_out, console) as advance:
@@ -72,21 +80,23 @@ def train_segmenter(settings: SegmenterTraining, console: Console) -> Checkpoint
 def labeller(net: SegmenterNet):
     """The network as a function from (H, W, 3) uint8 to (H, W) uint8 labels."""
     graph = SegmenterGraph(net).eval()
+    device = training_device()
 
     def label(color: NDArray[np.uint8]) -> NDArray[np.uint8]:
         with torch.inference_mode():
-            return graph(torch.from_numpy(color)).numpy()
+            return graph(torch.from_numpy(color).to(device)).cpu().numpy()
 
     return label
 
 
-def _loss(net: SegmenterNet, piles: list[Views], settings: SegmenterTraining, step: int) -> torch.Tensor:
+def _losses(net: SegmenterNet, piles: list[Views], settings: SegmenterTraining, step: int) -> dict[str, torch.Tensor]:
     """Cross-entropy of one batch; the batch depends on seed and step alone."""
     rng = np.random.default_rng((settings.seed, step))
     crops = [draw_crop(rng, piles, settings.crop) for _ in range(settings.batch)]
     color = torch.from_numpy(np.stack([color for color, _ in crops])).permute(0, 3, 1, 2).float()
     labels = torch.from_numpy(np.stack([labels for _, labels in crops])).long()
-    return functional.cross_entropy(net(color), labels)
+    device = training_device()
+    return {"loss": functional.cross_entropy(net(color.to(device)), labels.to(device))}
 
 
 def _counted(folder: Path, seeds: range, advance):

@@ -20,11 +20,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from grasping_invisible.export.bundle import export_bundle
     from grasping_invisible.training.checkpoint import Checkpoint
     from grasping_invisible.training.classifier_net import ClassifierNet
-    from grasping_invisible.training.critic_net import CriticNet
+    from grasping_invisible.training.light_critic import LightCritic
     from grasping_invisible.training.segmenter_net import SegmenterNet
 
     torch.manual_seed(0)
-    nets = {"segmenter": SegmenterNet(), "critic": CriticNet(), "classifier": ClassifierNet()}
+    nets = {"segmenter": SegmenterNet(), "critic": LightCritic(), "classifier": ClassifierNet()}
     out = tmp_path_factory.mktemp("bundle")
     export_bundle({kind: Checkpoint(kind, net.state_dict()) for kind, net in nets.items()}, out)
     return out

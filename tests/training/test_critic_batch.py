@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.heightmap import Heightmaps
+from grasping_invisible.runtime.rotation import CRITIC_INPUTS, PLANES
 from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.training.critic_batch import CROP, example
 from grasping_invisible.training.transitions import Transition
@@ -28,9 +29,10 @@ def test_the_pixel_stays_on_what_the_action_was_aimed_at(row: int, column: int, 
     kind = gi.GRASP if seed % 2 else gi.PUSH
     item = transition(kind, row, column, rotation)
     for rng in (None, np.random.default_rng(seed)):
-        planes, (at_row, at_column) = example(item, rng)
-        assert planes.shape == (5, *((160, 160) if rng is None else (CROP, CROP)))
-        assert planes[4, at_row, at_column] > 0.95
+        for count in CRITIC_INPUTS.values():
+            planes, (at_row, at_column) = example(item, count, rng)
+            assert planes.shape == (count, *((160, 160) if rng is None else (CROP, CROP)))
+            assert planes[-1, at_row, at_column] > 0.95
 
 
 @pytest.mark.parametrize("rotation", range(0, 16, 3))
@@ -41,6 +43,6 @@ def test_a_push_points_to_the_right_whatever_the_augmentation(rotation: int) -> 
     ahead = transition(gi.PUSH, row, column, rotation)
     push = Transition(ahead.before, 1, gi.PUSH, rotation, 56, 56, 0.25, False, None, False, "run", 0)
     for seed in range(4):
-        planes, (at_row, at_column) = example(push, np.random.default_rng(seed))
+        planes, (at_row, at_column) = example(push, PLANES, np.random.default_rng(seed))
         assert planes[4, at_row, at_column + 12] > 0.95
         assert planes[4, at_row, at_column - 12] == 0

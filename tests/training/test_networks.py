@@ -3,8 +3,12 @@ import pytest
 import torch
 
 from grasping_invisible.data.classes import CLASSES
+from grasping_invisible.runtime.errors import BadInput
+from grasping_invisible.runtime.rotation import CRITIC_INPUTS
 from grasping_invisible.training.classifier_net import ClassifierGraph, ClassifierNet
-from grasping_invisible.training.critic_net import CriticNet, executed
+from grasping_invisible.training.critic_design import NETWORKS, CriticDesign
+from grasping_invisible.training.critic_net import executed
+from grasping_invisible.training.light_critic import LightCritic
 from grasping_invisible.training.segmenter_net import SegmenterGraph, SegmenterNet
 
 
@@ -28,9 +32,37 @@ def test_the_segmenter_is_light() -> None:
     assert sum(parameter.numel() for parameter in SegmenterNet().parameters()) < 2e6
 
 
-def test_q_maps_are_as_large_as_their_planes() -> None:
-    push, grasp = CriticNet().eval()(torch.zeros(2, 5, 96, 112))
-    assert push.shape == grasp.shape == (2, 96, 112)
+@pytest.mark.parametrize("network", NETWORKS)
+@pytest.mark.parametrize("inputs", CRITIC_INPUTS)
+def test_q_maps_are_as_large_as_their_planes(network: str, inputs: str) -> None:
+    net = CriticDesign(network, inputs).build().eval()
+    assert net.planes == CRITIC_INPUTS[inputs]
+    with torch.inference_mode():
+        maps = net(torch.rand(2, net.planes, 48, 32))
+    for q_map in maps:
+        assert q_map.shape == (2, 48, 32)
+        assert ((q_map > 0) & (q_map < 1)).all()
+
+
+def test_an_unknown_network_is_refused_with_those_known() -> None:
+    with pytest.raises(BadInput, match="unknown critic network 'resnet'; known: light, densenet"):
+        CriticDesign("resnet").build()
+
+
+def test_the_paper_s_critic_has_a_densenet_121_in_the_usual_names() -> None:
+    trunk = CriticDesign("densenet").build().get_submodule("trunk")
+    names = {name for name in trunk.state_dict() if not name.endswith("num_batches_tracked")}
+    # As many as torchvision's densenet121 holds, its classifier's two left out, and 6,953,856 parameters but that the
+    # first convolution takes nine channels and not three.
+    assert len(names) == 604
+    assert sum(parameter.numel() for parameter in trunk.parameters()) == 6_953_856 + 6 * 64 * 7 * 7
+    assert {
+        "features.conv0.weight",
+        "features.denseblock1.denselayer1.norm1.weight",
+        "features.denseblock4.denselayer16.conv2.weight",
+        "features.transition3.norm.running_var",
+        "features.norm5.bias",
+    } <= names
 
 
 def test_executed_reads_row_then_column() -> None:
@@ -48,7 +80,7 @@ def test_only_the_executed_cells_are_trained() -> None:
 
 def test_a_shifted_scene_has_shifted_values() -> None:
     """What the critic says of a place must not depend on where in the grid it lies, away from the edge."""
-    net = CriticNet().eval()
+    net = LightCritic().eval()
     planes = torch.zeros(1, 5, 160, 160)
     planes[:, :, 70:84, 60:90] = torch.rand(5, 14, 30)
     shifted = torch.roll(planes, (16, 0), (2, 3))

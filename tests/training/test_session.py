@@ -20,14 +20,14 @@ def fit(path: Path, stop_at: int | None = None) -> tuple[torch.nn.Linear, Sessio
     touched = torch.zeros(STEPS)
     session = Session("line", path, net, optimizer, 0.1, STEPS, "data", {"touched": touched})
 
-    def loss(step: int) -> torch.Tensor:
+    def losses(step: int) -> dict[str, torch.Tensor]:
         if step == stop_at:
             raise KeyboardInterrupt
         touched[step] += 1
         x = torch.from_numpy(np.random.default_rng(step).random((8, 1), np.float32))
-        return ((net(x) - 3 * x) ** 2).mean()
+        return {"loss": ((net(x) - 3 * x) ** 2).mean()}
 
-    session.run(loss, Console(quiet=True))
+    session.run(losses, Console(quiet=True))
     return net, session
 
 

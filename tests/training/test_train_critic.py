@@ -13,10 +13,11 @@ from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.workspace import Workspace
-from grasping_invisible.training.checkpoint import load_checkpoint, load_weights
+from grasping_invisible.training.checkpoint import load_checkpoint
 from grasping_invisible.training.classifier_net import ClassifierNet
-from grasping_invisible.training.critic_net import CriticNet
+from grasping_invisible.training.critic_design import CriticDesign, load_critic
 from grasping_invisible.training.critic_score import auc
+from grasping_invisible.training.light_critic import LightCritic
 from grasping_invisible.training.split import split
 from grasping_invisible.training.train_classifier import (
     ClassifierTraining,
@@ -69,7 +70,7 @@ def test_the_critic_learns_and_the_classifier_from_it(transitions: list[Transiti
 
 
 def test_next_states_of_pushes_count_half(transitions: list[Transition]) -> None:
-    net = CriticNet()
+    net = LightCritic()
     for head, value in ((net.grasp, 0.7), (net.push, 0.1)):
         weights = head.quarters.state_dict()
         constant = {
@@ -116,4 +117,20 @@ def test_classifier_scores() -> None:
 def test_a_checkpoint_gives_the_network_back(transitions: list[Transition], tmp_path: Path) -> None:
     path = tmp_path / "critic.pt"
     train_critic(CriticTraining(path, steps=2, rounds=2, batch=2), transitions[:20], QUIET)
-    load_weights(CriticNet(), load_checkpoint(path, "critic"), path)
+    assert isinstance(load_critic(path), LightCritic)
+
+
+def test_a_critic_without_colour_learns_and_says_so(transitions: list[Transition], tmp_path: Path) -> None:
+    path = tmp_path / "critic.pt"
+    settings = CriticTraining(path, CriticDesign(inputs="depth+mask"), steps=60, rounds=1, batch=12, learning_rate=5e-3)
+    checkpoint = train_critic(settings, transitions, QUIET)
+    assert checkpoint.scores["grasp_auc"] > 0.9
+    assert checkpoint.trained_on["inputs"] == "depth+mask"
+    assert load_critic(path).planes == 2
+    with pytest.raises(BadInput, match=r"another design \(light, depth\+mask, not light, color\+depth\+mask\)"):
+        train_critic(replace(settings, design=CriticDesign()), transitions, QUIET)
+
+
+def test_weights_from_imagenet_are_for_the_densenet(transitions: list[Transition], tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="for the network densenet, not for light"):
+        train_critic(CriticTraining(tmp_path / "critic.pt", imagenet=tmp_path / "any.pth"), transitions, QUIET)

@@ -1,0 +1,41 @@
+"""Which network a critic is and what it sees, by name."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+
+from grasping_invisible.runtime.errors import BadInput
+from grasping_invisible.runtime.rotation import CRITIC_INPUTS
+from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights
+from grasping_invisible.training.critic_net import CriticNet
+from grasping_invisible.training.densenet_critic import DenseNetCritic
+from grasping_invisible.training.light_critic import LightCritic
+
+NETWORKS: dict[str, Callable[[int], CriticNet]] = {"light": LightCritic, "densenet": DenseNetCritic}
+
+
+class CriticDesign(msgspec.Struct, frozen=True):
+    """`network`: a name in `NETWORKS`. `inputs`: one in `CRITIC_INPUTS` (paper, appendix on additional training)."""
+
+    network: str = "light"
+    inputs: str = "color+depth+mask"
+
+    def build(self) -> CriticNet:
+        """An untrained critic. Raises `BadInput` for unknown names."""
+        for what, name, known in (("network", self.network, NETWORKS), ("inputs", self.inputs, CRITIC_INPUTS)):
+            if name not in known:
+                raise BadInput(f"unknown critic {what} {name!r}; known: {', '.join(known)}")
+        return NETWORKS[self.network](CRITIC_INPUTS[self.inputs])
+
+
+def critic_of(checkpoint: Checkpoint, source: Path) -> CriticNet:
+    """The critic of a checkpoint that was read from `source`, of whatever design; raises `BadInput`."""
+    net = msgspec.convert(checkpoint.design, CriticDesign).build()
+    load_weights(net, checkpoint, source)
+    return net
+
+
+def load_critic(path: Path) -> CriticNet:
+    """The critic in a checkpoint's file; raises `BadInput`."""
+    return critic_of(load_checkpoint(path, "critic"), path)
