@@ -1,8 +1,9 @@
-"""`gi-log`: look at logs, check them and recover what a crash left.
+"""`gi-log`: look at logs, check them, recover what a crash left, and say what they teach.
 
 Other packages add commands of their own: see `grasping_invisible.data.extensions`.
 
-Exit codes: 0 fine, 1 a check found something or a replay differs, 2 bad usage or input, 130 interrupted.
+Exit codes: 0 fine, 1 a check found something, a replay differs or a log was left out, 2 bad usage or input,
+130 interrupted.
 """
 
 import argparse
@@ -12,7 +13,7 @@ from collections.abc import Sequence
 
 from grasping_invisible.data.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, BadRequest, DataError
 from grasping_invisible.data.extensions import LOG_COMMANDS, Extension, extensions
-from grasping_invisible.data.log_commands import check, frames, info, ls, recover, report, show
+from grasping_invisible.data.log_commands import check, correct, frames, info, ls, recover, relabel, report, show
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -39,11 +40,11 @@ def _parser(asked: list[str]) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="gi-log",
         description="Look at logs, check them and recover what a crash left.",
-        epilog="exit codes: 0 fine, 1 a check found something or a replay differs, 2 bad usage or input, "
-        "130 interrupted",
+        epilog="exit codes: 0 fine, 1 a check found something, a replay differs or a log was left out, "
+        "2 bad usage or input, 130 interrupted",
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for command in (info, ls, show, frames, check, recover, report):
+    for command in (info, ls, show, frames, check, recover, report, relabel, correct):
         command.register(commands)
     if not asked or asked[0] not in commands.choices:  # what a command needs is loaded only if it may be the one
         for extension in extensions(LOG_COMMANDS):

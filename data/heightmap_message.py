@@ -51,7 +51,9 @@ def encode_heightmaps(maps: HeightmapArrays) -> gi.Heightmaps:
 
 
 def decode_heightmaps(message: gi.Heightmaps) -> HeightmapArrays:
-    """Raises `BadMessage` when an image is damaged or has not the shape the message states."""
+    """Raises `BadMessage` when an image is damaged, has not the shape the message states, or holds other classes."""
+    if message.classes and tuple(message.classes) != CLASSES:
+        raise BadMessage(f"its classes are {', '.join(message.classes)}, not {', '.join(CLASSES)}")
     shape = (message.rows, message.columns)
     color = decode_color_image(message.color_png)
     if color.shape[:2] != shape:

@@ -1,13 +1,13 @@
 """A log as the steps of its run: what was seen, what was decided, and what came of it."""
 
 from collections import OrderedDict
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from grasping_invisible.data import topics
 from grasping_invisible.data.clock import to_ns
-from grasping_invisible.data.log_reader import LoggedMessage, read_messages
+from grasping_invisible.data.log_reader import LoggedMessage, LogReader
 from grasping_invisible.data.log_storage import parts_of
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 
@@ -21,6 +21,8 @@ _TOPICS = (
     topics.STEP_RESULT.key,
     topics.TRUTH.key,
 )
+# Without what is large, or for people and simulators only.
+LABELLED_FROM = tuple(key for key in _TOPICS if key not in (topics.Q_MAPS.key, topics.TRUTH.key))
 _TRUTHS_KEPT = 64
 
 
@@ -44,19 +46,23 @@ class LoggedStep:
     next_truth: gi.TruthState | None = None
 
 
-def steps(path: Path) -> Iterator[LoggedStep]:
-    """The steps of the run whose log begins at `path`, over all its parts, in order.
+def steps(path: Path, wanted: Collection[str] = _TOPICS, damage: list[str] | None = None) -> Iterator[LoggedStep]:
+    """The steps of the runs whose log begins at `path`, over all its parts, in order.
 
-    Holds two steps at a time. Raises `BadLog` when nothing can be read.
+    Holds two steps at a time. `wanted`: topics to read. `damage`, if given, takes a line for everything wrong. Raises
+    `BadLog` when nothing can be read.
     """
     run = _Run()
     for part in parts_of(path):
-        for logged in read_messages(part, _TOPICS):
+        reader = LogReader(part)
+        for logged in reader.messages(wanted):
             if isinstance(logged.message, gi.RunStart):
                 yield from run.finish()
                 run = _Run(start=logged.message)
             else:
                 yield from run.take(logged)
+        if damage is not None:
+            damage += [f"{part.name}: {line}" for line in reader.damage]
     yield from run.finish()
 
 

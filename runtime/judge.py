@@ -7,6 +7,7 @@ import numpy as np
 
 from grasping_invisible.data.action_grid import feasible_grasps
 from grasping_invisible.data.clock import to_timestamp
+from grasping_invisible.data.grasp_result import mostly_gone
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.rewards import freed_cells
 from grasping_invisible.runtime.decision_record import EXPLORER, Decision
@@ -20,7 +21,6 @@ HEIGHT_NOISE = 0.008  # metres; a cell that differs by more has changed
 # cells flicker from frame to frame, hundreds of them in a heap.
 CHANGED_WIDTH = 3
 CHANGED_AREA = 2.0e-4  # square metres of such changes: a 50 mm block that moved by 6 mm makes 3e-4 on each side
-TARGET_GONE = 0.7  # share of the target's cells that must vanish for it to be what the gripper holds
 
 
 @dataclass(frozen=True)
@@ -53,14 +53,13 @@ class Judgement:
 def judge(before: Perception, decision: Decision, outcome: gi.MotionOutcome, after: Perception) -> Judgement:
     """Compare what was seen before and after a motion.
 
-    The target counts as grasped when a grasp aimed at it ended with something in the gripper and at least
-    `TARGET_GONE` of the target's heightmap cells are gone.
+    The target counts as grasped when a grasp aimed at it ended with something in the gripper and the target's
+    heightmap cells are mostly gone.
     """
     held = decision.kind == gi.GRASP and outcome.holding
     resolution = before.maps.workspace.resolution
     aimed = bool(feasible_grasps(before.mask, resolution)[decision.rotation, decision.row, decision.column])
-    gone = bool(np.count_nonzero(after.mask) <= (1.0 - TARGET_GONE) * np.count_nonzero(before.mask))
-    target_grasped = held and aimed and gone
+    target_grasped = held and aimed and mostly_gone(before.mask, after.mask)
     changed = outcome.status != gi.UNREACHABLE and scene_changed(before.maps, after.maps)
     detail = ", ".join(
         filter(
@@ -98,10 +97,11 @@ def remember(memory: Memory, decision: Decision, judgement: Judgement) -> Memory
     """
     x, y, _ = decision.position
     failed_pushes = memory.failed_pushes
-    if decision.policy == EXPLORER and not judgement.target_visible:
+    pushed = decision.kind == gi.PUSH
+    if decision.policy == EXPLORER and pushed and not judgement.target_visible:
         failed_pushes = (*failed_pushes, (x, y))[-REMEMBERED:]
     failures = memory.consecutive_grasp_failures
-    if decision.kind == gi.GRASP:
+    if not pushed:
         failures = 0 if judgement.target_grasped else failures + 1
     elif judgement.scene_changed:
         failures = 0
@@ -111,7 +111,8 @@ def remember(memory: Memory, decision: Decision, judgement: Judgement) -> Memory
     elif not judgement.target_grasped:
         tried = FruitlessAction(decision.kind, x, y, decision.yaw)
         fruitless = (*fruitless, tried)[-FRUITLESS_REMEMBERED:]
-    return Memory(failed_pushes, failures, memory.step + 1, fruitless)
+    pushes = memory.consecutive_pushes + 1 if pushed else 0
+    return Memory(failed_pushes, failures, memory.step + 1, fruitless, pushes)
 
 
 def _target_story(before: Perception, after: Perception, held: bool, target_grasped: bool) -> str:

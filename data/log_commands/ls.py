@@ -10,7 +10,7 @@ from rich.text import Text
 from grasping_invisible.data.errors import BadLog, BadRequest
 from grasping_invisible.data.log_commands import wording
 from grasping_invisible.data.log_commands.output import console
-from grasping_invisible.data.log_storage import SUFFIX, log_name
+from grasping_invisible.data.log_files import logs_in
 from grasping_invisible.data.log_summary import LogSummary, summarise
 
 
@@ -32,7 +32,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise BadRequest(f"{folder} is not a folder")
     found: list[LogSummary] = []
     unreadable: list[str] = []
-    for path in _logs_in(folder):
+    for path in logs_in(folder):
         try:
             summary = summarise(path)
         except BadLog as error:
@@ -47,16 +47,6 @@ def run(arguments: argparse.Namespace) -> int:
     for line in unreadable:
         out.print(Text(line, "red"))
     return 0
-
-
-def _logs_in(folder: Path) -> list[Path]:
-    paths = set(folder.rglob(f"*{SUFFIX}"))
-    return sorted(path for path in paths if not _is_later_part(path, paths))
-
-
-def _is_later_part(path: Path, paths: set[Path]) -> bool:
-    first = path.with_name(log_name(path) + SUFFIX)
-    return first != path and first in paths
 
 
 def _passes(summary: LogSummary, wanted: argparse.Namespace) -> bool:
