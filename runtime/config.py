@@ -7,10 +7,9 @@ from typing import Annotated, Any
 import msgspec
 
 from grasping_invisible.data.recorder import RecordingSettings
-from grasping_invisible.runtime.coordinator import COORDINATORS
 from grasping_invisible.runtime.errors import BadInput
-from grasping_invisible.runtime.explorer import EXPLORERS
 from grasping_invisible.runtime.link_settings import LinkSettings
+from grasping_invisible.runtime.methods import COORDINATION, EXPLORATION
 from grasping_invisible.runtime.onnx_model import DEFAULT_THREADS
 from grasping_invisible.runtime.safety import SafetyLimits
 from grasping_invisible.runtime.workspace import Workspace
@@ -30,15 +29,15 @@ class WorkspaceSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True)
 
 
 class PolicySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Named variants of the two policies."""
+    """Names of the methods to search by and to coordinate by."""
 
     exploration: str = "explorer"
     coordination: str = "coordinator"
 
     def __post_init__(self) -> None:
         for name, value, known in (
-            ("exploration", self.exploration, tuple(EXPLORERS)),
-            ("coordination", self.coordination, tuple(COORDINATORS)),
+            ("exploration", self.exploration, EXPLORATION),
+            ("coordination", self.coordination, COORDINATION),
         ):
             if value not in known:
                 raise ValueError(f"{name} {value!r} is unknown; known: {', '.join(known)}")

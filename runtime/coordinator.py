@@ -1,37 +1,14 @@
 """The coordination policy: push or grasp once the target is seen (paper, section IV-B)."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.target_border import TargetBorder
-from grasping_invisible.runtime.choice import Choice, best_action, best_value
-from grasping_invisible.runtime.critic import QMaps
+from grasping_invisible.runtime.options import options_for
+from grasping_invisible.runtime.situation import Proposal, Situation
 
-COORDINATORS: tuple[str, ...] = ("coordinator",)
 GRASP_THRESHOLD = 0.5  # from this probability on, grasp
-
-
-@dataclass(frozen=True)
-class Coordination:
-    """What the coordinator chose, and from what.
-
-    `q_push`, `q_grasp`: q_p and q_g, the greatest Q values of allowed actions; 0 where none is allowed.
-    `grasp_probability`: the classifier's answer.
-    """
-
-    grasp: bool
-    choice: Choice
-    q_push: float
-    q_grasp: float
-    grasp_probability: float
-
-    @property
-    def prefers_grasp(self) -> bool:
-        """What the classifier would rather have; `grasp` differs where that is not possible."""
-        return self.grasp_probability >= GRASP_THRESHOLD
 
 
 def classifier_features(
@@ -41,28 +18,31 @@ def classifier_features(
     return np.array([q_push, q_grasp, border.ratio, border.norm, consecutive_grasp_failures], np.float32)
 
 
-def coordinate(
-    q_maps: QMaps,
-    push_allowed: NDArray[np.bool_],
-    grasp_allowed: NDArray[np.bool_],
-    border: TargetBorder,
-    consecutive_grasp_failures: int,
-    grasp_probability: Callable[[NDArray[np.float32]], float],
-    rng: np.random.Generator,
-) -> Coordination | None:
-    """Ask the classifier whether to grasp, then take the best allowed action of that kind.
+def coordinate(situation: Situation) -> Proposal | None:
+    """Ask the classifier whether to grasp, then take the best motion of that kind for the target.
 
-    `push_allowed`, `grasp_allowed`: (16, 112, 112) bool. Where the preferred kind allows no action the other
-    kind is taken; None where neither does.
+    Where the preferred kind allows no motion the other kind is taken; None where neither does.
     """
-    q_push = best_value(q_maps.push, push_allowed)
-    q_grasp = best_value(q_maps.grasp, grasp_allowed)
-    if q_push is None and q_grasp is None:
+    options = options_for(situation, situation.perception.mask)
+    if options is None:
         return None
-    features = classifier_features(q_push or 0.0, q_grasp or 0.0, border, consecutive_grasp_failures)
-    probability = grasp_probability(features)
-    grasp = q_push is None or (q_grasp is not None and probability >= GRASP_THRESHOLD)
-    choice = best_action(q_maps.grasp, grasp_allowed, rng) if grasp else best_action(q_maps.push, push_allowed, rng)
-    if choice is None:
-        return None
-    return Coordination(grasp, choice, q_push or 0.0, q_grasp or 0.0, probability)
+    q_push, q_grasp = options.q_push, options.q_grasp
+    features = classifier_features(q_push, q_grasp, situation.border, situation.memory.consecutive_grasp_failures)
+    probability = situation.models.grasp_probability(features)
+    preferred = gi.GRASP if probability >= GRASP_THRESHOLD else gi.PUSH
+    kind, choice = options.best(preferred, situation.rng)
+    why = (
+        f"{seen(situation)}: a grasp would succeed with probability {probability:.2f}; best push {q_push:.2f}, "
+        f"best grasp {q_grasp:.2f}, border {situation.border.ratio:.0%} occupied{instead(preferred, kind)}"
+    )
+    return Proposal(kind, choice, options.q_maps, q_push, q_grasp, why, probability)
+
+
+def seen(situation: Situation) -> str:
+    """That the target is seen, and how much of it."""
+    return f"seen ({situation.perception.target_pixels} px)"
+
+
+def instead(preferred: gi.MotionKind, kind: gi.MotionKind) -> str:
+    """What a person should know where a method could not do what it wanted."""
+    return "" if kind == preferred else f"; no {gi.MotionKind.Name(preferred).lower()} is possible"

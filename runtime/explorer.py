@@ -1,61 +1,35 @@
 """The exploration policy: where to push while the target is not seen (paper, sections IV-B and VII-A)."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
-from grasping_invisible.runtime.choice import Choice, best_action
-from grasping_invisible.runtime.clutter import clutter_prior
-from grasping_invisible.runtime.failures import failure_likelihood
-from grasping_invisible.runtime.heightmap import Heightmaps
-
-# The paper's explorer and its ablations: which factors make a method's posterior.
-EXPLORERS: dict[str, tuple[str, ...]] = {
-    "explorer": ("clutter", "agnostic", "failure"),
-    "clutter+agnostic": ("clutter", "agnostic"),
-    "clutter-prior": ("clutter",),
-    "agnostic-push": ("agnostic",),
-}
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.runtime.choice import Choice, best_action, best_value
+from grasping_invisible.runtime.explorer_maps import ExplorationMaps, exploration_maps
+from grasping_invisible.runtime.motion import ends_inside, open_pushes
+from grasping_invisible.runtime.situation import Proposal, Situation
 
 
-@dataclass(frozen=True)
-class ExplorationMaps:
-    """What an explorational push is chosen from, on the action grid, (16, 112, 112) float32 each.
-
-    `clutter`: C_p. `agnostic`: A_p, without negative values. `failure`: F_p, the same for every rotation.
-    `posterior`: the product of the factors that the method uses.
-    """
-
-    clutter: NDArray[np.float32]
-    agnostic: NDArray[np.float32]
-    failure: NDArray[np.float32]
-    posterior: NDArray[np.float32]
-
-
-def exploration_maps(
-    maps: Heightmaps,
-    q_push: NDArray[np.float32],
-    failed_pushes: tuple[tuple[float, float], ...],
-    method: str = "explorer",
-) -> ExplorationMaps:
-    """The factors and their product.
-
-    `q_push`: (16, 112, 112), the critic's push maps under a mask of ones. `failed_pushes`: (x, y) in the base
-    frame. `method`: a name in `EXPLORERS`.
-    """
-    factors = {
-        "clutter": clutter_prior(maps),
-        "agnostic": np.maximum(q_push, 0.0),
-        "failure": np.broadcast_to(failure_likelihood(failed_pushes, maps.workspace), q_push.shape),
-    }
-    posterior = np.ones(q_push.shape, np.float32)
-    for name in EXPLORERS[method]:
-        posterior = posterior * factors[name]
-    return ExplorationMaps(**factors, posterior=posterior)
+def explore(situation: Situation, method: str = "explorer") -> Proposal:
+    """The explorational push of a method in `FACTORS`; there is always one, if only through thin air."""
+    q_maps = situation.agnostic_q_maps()
+    maps = exploration_maps(situation.maps, q_maps.push, situation.memory.failed_pushes, method)
+    allowed, caveat = pushes_left(situation)
+    choice, by = best_push(maps, allowed, situation.rng)
+    at = choice.rotation, choice.row, choice.column
+    return Proposal(
+        gi.PUSH,
+        choice,
+        q_maps,
+        best_value(q_maps.push, allowed) or 0.0,
+        float(q_maps.grasp.max()),
+        f"{unseen(situation)}: explore by {by} {choice.value:.3f} = clutter {maps.clutter[at]:.2f}, "
+        f"agnostic push {maps.agnostic[at]:.2f}, failures {maps.failure[at]:.2f}{caveat}",
+        exploration=maps,
+    )
 
 
-def explore(maps: ExplorationMaps, allowed: NDArray[np.bool_], rng: np.random.Generator) -> tuple[Choice, str]:
+def best_push(maps: ExplorationMaps, allowed: NDArray[np.bool_], rng: np.random.Generator) -> tuple[Choice, str]:
     """The push of the greatest posterior, and what it was chosen by.
 
     `allowed`: (16, 112, 112) bool, not all false. Where the posterior is 0 everywhere, as on a heap without
@@ -72,3 +46,25 @@ def explore(maps: ExplorationMaps, allowed: NDArray[np.bool_], rng: np.random.Ge
         if choice is not None and choice.value > 0.0:
             return choice, by
     raise ValueError("no push is allowed")
+
+
+def pushes_left(situation: Situation) -> tuple[NDArray[np.bool_], str]:
+    """The pushes to choose from, (16, 112, 112) bool, never none, and what a person should know about them."""
+    untried_pushes = situation.untried(gi.PUSH)
+    workspace = situation.maps.workspace
+    open_way = open_pushes(workspace, situation.heights)
+    if not open_way.any():
+        return ends_inside(workspace), "; everything seems too high to be reached"
+    for allowed, caveat in (
+        (situation.pushes & untried_pushes, ""),
+        (situation.pushes, "; all that was left was tried before"),
+        (open_way & untried_pushes, "; nothing stands high enough to be pushed"),
+    ):
+        if allowed.any():
+            return allowed, caveat
+    return open_way, "; nothing stands high enough to be pushed"
+
+
+def unseen(situation: Situation) -> str:
+    """Why the target is not what is acted on."""
+    return "no motion for it is possible" if situation.perception.target_seen else "not seen"

@@ -13,7 +13,7 @@ from typing import Protocol
 
 from grasping_invisible.data.clock import to_timestamp
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
-from grasping_invisible.runtime.decision import DecisionSettings, Deliberation, Models, deliberate
+from grasping_invisible.runtime.decision import DecisionSettings, Deliberation, deliberate
 from grasping_invisible.runtime.errors import RobotError
 from grasping_invisible.runtime.frame import RgbdFrame
 from grasping_invisible.runtime.judge import Judgement, judge, remember
@@ -21,6 +21,7 @@ from grasping_invisible.runtime.memory import Memory
 from grasping_invisible.runtime.perception import Perception, perceive
 from grasping_invisible.runtime.robot import Robot
 from grasping_invisible.runtime.safety import SafetyLimits, check_command
+from grasping_invisible.runtime.situation import Models
 
 
 class Goal(Enum):

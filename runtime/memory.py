@@ -32,13 +32,15 @@ class Memory:
 
     `failed_pushes`: where explorational pushes started that did not bring the target to light, (x, y) in the
     base frame, most recent last, at most three. `consecutive_grasp_failures`: c_g. `step`: 0-based within the
-    run. `fruitless`: actions since the scene last changed, most recent last.
+    run. `fruitless`: actions since the scene last changed, most recent last. `consecutive_pushes`: pushes since the
+    last grasp.
     """
 
     failed_pushes: tuple[tuple[float, float], ...] = ()
     consecutive_grasp_failures: int = 0
     step: int = 0
     fruitless: tuple[FruitlessAction, ...] = ()
+    consecutive_pushes: int = 0
 
 
 def untried(kind: gi.MotionKind, memory: Memory, workspace: Workspace) -> NDArray[np.bool_]:
@@ -70,6 +72,7 @@ def memory_message(memory: Memory) -> gi.DecisionMemory:
         fruitless=[
             gi.FruitlessAction(kind=action.kind, x=action.x, y=action.y, yaw=action.yaw) for action in memory.fruitless
         ],
+        consecutive_pushes=memory.consecutive_pushes,
     )
 
 
@@ -80,4 +83,5 @@ def memory_from_message(message: gi.DecisionMemory) -> Memory:
         consecutive_grasp_failures=message.consecutive_grasp_failures,
         step=message.step,
         fruitless=tuple(FruitlessAction(act.kind, act.x, act.y, act.yaw) for act in message.fruitless),
+        consecutive_pushes=message.consecutive_pushes,
     )

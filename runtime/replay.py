@@ -15,10 +15,11 @@ from grasping_invisible.data.log_storage import parts_of
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.topics import CAMERA_INFO, COLOR_IMAGE, DECISION, DEPTH_IMAGE, RUN_START, TRANSFORMS
 from grasping_invisible.runtime.config import parse_config
-from grasping_invisible.runtime.decision import DecisionSettings, Models, decide
+from grasping_invisible.runtime.decision import DecisionSettings, decide
 from grasping_invisible.runtime.errors import BadInput, GraspingError
 from grasping_invisible.runtime.frame_sets import FrameParts
 from grasping_invisible.runtime.memory import memory_from_message
+from grasping_invisible.runtime.situation import Models
 
 _CAMERA = (COLOR_IMAGE, DEPTH_IMAGE, CAMERA_INFO, TRANSFORMS)
 _MEASURED = ("stamp", "stages")  # when and how fast: never the same twice

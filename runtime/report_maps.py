@@ -9,7 +9,7 @@ from grasping_invisible.data.heightmap_message import HeightmapArrays
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.q_map_message import QMapArrays
 from grasping_invisible.runtime.decision_record import EXPLORER
-from grasping_invisible.runtime.explorer import EXPLORERS, exploration_maps
+from grasping_invisible.runtime.explorer_maps import FACTORS, exploration_maps
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.memory import memory_from_message
 from grasping_invisible.runtime.workspace import Workspace
@@ -18,12 +18,12 @@ from grasping_invisible.runtime.workspace import Workspace
 def exploration_of(
     maps: HeightmapArrays, q_maps: QMapArrays, decision: gi.Decision
 ) -> Mapping[str, NDArray[np.float32]]:
-    """Stacks of (16, 112, 112) by what they are; none where the coordinator decided.
+    """Stacks of (16, 112, 112) by what they are; none where no such maps were decided by.
 
     They are not logged but made again from what is: heights rounded to 0.1 mm and Q values to 8 bits, so that they can
     differ a little from those the robot chose from.
     """
-    if decision.policy != EXPLORER or decision.method not in EXPLORERS:
+    if decision.policy != EXPLORER or decision.method not in FACTORS:
         return {}
     workspace = Workspace(maps.center, maps.resolution * maps.height.shape[0], maps.resolution)
     made = exploration_maps(

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from grasping_invisible.data.action_grid import ACTION_CELLS, ROTATIONS
 from grasping_invisible.runtime.critic import QMaps
-from grasping_invisible.runtime.decision import Models
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.motion import pushes_towards
+from grasping_invisible.runtime.situation import Models
 from grasping_invisible.sim_robot.robot import SimRobot
 
 NOISE = 0.02  # of greedy Q values, so that equal situations do not always bring the same action

@@ -280,16 +280,18 @@ class FruitlessAction(_message.Message):
     def __init__(self, kind: _Optional[_Union[MotionKind, str]] = ..., x: _Optional[float] = ..., y: _Optional[float] = ..., yaw: _Optional[float] = ...) -> None: ...
 
 class DecisionMemory(_message.Message):
-    __slots__ = ("failed_pushes", "consecutive_grasp_failures", "step", "fruitless")
+    __slots__ = ("failed_pushes", "consecutive_grasp_failures", "step", "fruitless", "consecutive_pushes")
     FAILED_PUSHES_FIELD_NUMBER: _ClassVar[int]
     CONSECUTIVE_GRASP_FAILURES_FIELD_NUMBER: _ClassVar[int]
     STEP_FIELD_NUMBER: _ClassVar[int]
     FRUITLESS_FIELD_NUMBER: _ClassVar[int]
+    CONSECUTIVE_PUSHES_FIELD_NUMBER: _ClassVar[int]
     failed_pushes: _containers.RepeatedCompositeFieldContainer[FailedPush]
     consecutive_grasp_failures: int
     step: int
     fruitless: _containers.RepeatedCompositeFieldContainer[FruitlessAction]
-    def __init__(self, failed_pushes: _Optional[_Iterable[_Union[FailedPush, _Mapping]]] = ..., consecutive_grasp_failures: _Optional[int] = ..., step: _Optional[int] = ..., fruitless: _Optional[_Iterable[_Union[FruitlessAction, _Mapping]]] = ...) -> None: ...
+    consecutive_pushes: int
+    def __init__(self, failed_pushes: _Optional[_Iterable[_Union[FailedPush, _Mapping]]] = ..., consecutive_grasp_failures: _Optional[int] = ..., step: _Optional[int] = ..., fruitless: _Optional[_Iterable[_Union[FruitlessAction, _Mapping]]] = ..., consecutive_pushes: _Optional[int] = ...) -> None: ...
 
 class StageTime(_message.Message):
     __slots__ = ("stage", "milliseconds")

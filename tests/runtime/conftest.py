@@ -35,8 +35,10 @@ from grasping_invisible.runtime.frame import Camera, RgbdFrame
 from grasping_invisible.runtime.frame_sets import FrameParts
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.loop import RunPlan, run_loop
+from grasping_invisible.runtime.memory import Memory
 from grasping_invisible.runtime.perception import Perception
 from grasping_invisible.runtime.run_log import RunFacts, RunLog
+from grasping_invisible.runtime.situation import Situation, situation_of
 from grasping_invisible.runtime.workspace import Workspace
 
 Block = tuple[float, float, float, float, str]  # x, y of its middle, side, top: metres; colour
@@ -117,6 +119,28 @@ class ColorModels:
 
     def grasp_probability(self, features: NDArray[np.float32]) -> float:
         return 0.9
+
+
+class SetModels:
+    """Says what it is set to, whatever it is asked, and keeps what it was asked."""
+
+    def __init__(self) -> None:
+        shape = (ROTATIONS, ACTION_CELLS, ACTION_CELLS)
+        self.q = QMaps(np.zeros(shape, np.float32), np.zeros(shape, np.float32))
+        self.probability = 0.5
+        self.masks: list[NDArray[np.bool_]] = []
+        self.features: list[NDArray[np.float32]] = []
+
+    def segment(self, color: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        return np.zeros(color.shape[:2], np.uint8)
+
+    def q_maps(self, maps: Heightmaps, mask: NDArray[np.bool_]) -> QMaps:
+        self.masks.append(mask)
+        return self.q
+
+    def grasp_probability(self, features: NDArray[np.float32]) -> float:
+        self.features.append(features)
+        return self.probability
 
 
 class RecordedRobot(TableRobot):
@@ -207,3 +231,23 @@ def perceived(table_with: TableWith) -> Callable[..., Perception]:
         return Perception(maps.labels, maps, mask, int(mask.sum()) * 3, {})
 
     return build
+
+
+@pytest.fixture
+def set_models() -> SetModels:
+    return SetModels()
+
+
+@pytest.fixture
+def situation(perceived: Callable[..., Perception], set_models: SetModels) -> Callable[..., Situation]:
+    """What a method decides from on such a table, by `set_models`."""
+
+    def build(*blocks: Block, memory: Memory = Memory(), seed: int = 0) -> Situation:  # noqa: B008
+        return situation_of(perceived(*blocks), "red", memory, set_models, seed)
+
+    return build
+
+
+@pytest.fixture
+def recorded_robot() -> type[RecordedRobot]:
+    return RecordedRobot

@@ -1,69 +1,67 @@
 import numpy as np
 import pytest
 
-from grasping_invisible.data.target_border import TargetBorder
-from grasping_invisible.runtime.choice import Choice
+from grasping_invisible.data.action_grid import feasible_grasps
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.coordinator import classifier_features, coordinate
-from grasping_invisible.runtime.critic import QMaps
+from grasping_invisible.runtime.memory import FruitlessAction, Memory
+from grasping_invisible.runtime.options import options_for
 
-SHAPE = (16, 112, 112)
-BORDER = TargetBorder(occupied=50, border=200, target=100)
-ANY, NONE = np.ones(SHAPE, bool), np.zeros(SHAPE, bool)
-PUSH = Choice(1, 20, 30, 0.5)
-GRASP = Choice(9, 50, 60, 0.75)
+RED = (0.53, 0.0, 0.05, 0.05, "red")
+WALL = (0.59, 0.0, 0.05, 0.05, "grey")
+FLAT = (0.5, 0.0, 0.012, 0.015, "red")  # nothing of it can be pushed
+EVERY_GRASP_FAILED = Memory(fruitless=tuple(FruitlessAction(gi.GRASP, 0.5, 0.0, k * np.pi / 8) for k in range(8)))
 
 
 @pytest.fixture
-def q_maps() -> QMaps:
-    push, grasp = np.zeros(SHAPE, np.float32), np.zeros(SHAPE, np.float32)
-    push[1, 20, 30], grasp[9, 50, 60] = 0.5, 0.75
-    return QMaps(push, grasp)
-
-
-def ask(q_maps, probability, push_allowed=ANY, grasp_allowed=ANY, asked=None):
-    def classifier(features):
-        if asked is not None:
-            asked.append(features)
-        return probability
-
-    return coordinate(q_maps, push_allowed, grasp_allowed, BORDER, 2, classifier, np.random.default_rng(0))
+def valued(situation, set_models):
+    """A situation in which one push and one grasp stand out: worth 0.5 and 0.75."""
+    asked = situation(RED, WALL, memory=Memory(consecutive_grasp_failures=2))
+    options = options_for(asked, asked.perception.mask)
+    assert options is not None
+    set_models.q.push[tuple(np.argwhere(options.pushes)[7])] = 0.5
+    set_models.q.grasp[tuple(np.argwhere(options.grasps)[7])] = 0.75
+    set_models.masks.clear()
+    return asked
 
 
 @pytest.mark.parametrize(
-    ("probability", "grasp", "choice"), [(0.5, True, GRASP), (0.9, True, GRASP), (0.49, False, PUSH)]
+    ("probability", "kind", "value"), [(0.5, gi.GRASP, 0.75), (0.9, gi.GRASP, 0.75), (0.49, gi.PUSH, 0.5)]
 )
-def test_the_classifier_chooses_the_kind_and_the_critic_the_place(q_maps, probability, grasp, choice):
-    coordination = ask(q_maps, probability)
-    assert coordination is not None
-    assert coordination.grasp is grasp
-    assert coordination.choice == choice
-    assert (coordination.q_push, coordination.q_grasp) == (0.5, 0.75)
+def test_the_classifier_chooses_the_kind_and_the_critic_the_place(valued, set_models, probability, kind, value):
+    set_models.probability = probability
+    proposal = coordinate(valued)
+    assert proposal is not None
+    assert (proposal.kind, proposal.choice.value) == (kind, value)
+    assert (proposal.q_push, proposal.q_grasp, proposal.grasp_probability) == (0.5, 0.75, probability)
+    (mask,) = set_models.masks
+    np.testing.assert_array_equal(mask, valued.perception.mask)
 
 
-def test_the_classifier_is_told_the_values_the_border_and_the_failures(q_maps):
-    asked = []
-    ask(q_maps, 0.5, asked=asked)
-    np.testing.assert_allclose(asked[0], [0.5, 0.75, 0.25, 0.5, 2])
-    assert asked[0].dtype == np.float32
-    np.testing.assert_array_equal(asked[0], classifier_features(0.5, 0.75, BORDER, 2))
+def test_the_classifier_is_told_the_values_the_border_and_the_failures(valued, set_models):
+    coordinate(valued)
+    border = valued.border
+    assert border.ratio > 0
+    np.testing.assert_allclose(set_models.features[0], [0.5, 0.75, border.ratio, border.norm, 2], rtol=1e-6)
+    assert set_models.features[0].dtype == np.float32
+    np.testing.assert_array_equal(set_models.features[0], classifier_features(0.5, 0.75, border, 2))
 
 
-@pytest.mark.parametrize(
-    ("probability", "push_allowed", "grasp_allowed", "choice"),
-    [(0.1, NONE, ANY, GRASP), (0.9, ANY, NONE, PUSH)],
-)
-def test_the_other_kind_is_taken_where_one_is_impossible(q_maps, probability, push_allowed, grasp_allowed, choice):
-    coordination = ask(q_maps, probability, push_allowed, grasp_allowed)
-    assert coordination is not None
-    assert coordination.choice == choice
-    assert coordination.grasp != coordination.prefers_grasp
+def test_values_of_impossible_motions_count_nothing(valued, set_models):
+    elsewhere = ~feasible_grasps(valued.perception.mask, valued.maps.workspace.resolution)
+    set_models.q.grasp[elsewhere] = 9.0
+    proposal = coordinate(valued)
+    assert proposal is not None
+    assert proposal.q_grasp == 0.75
 
 
-def test_values_of_impossible_actions_are_not_reported(q_maps):
-    coordination = ask(q_maps, 0.9, grasp_allowed=NONE)
-    assert coordination is not None
-    assert coordination.q_grasp == 0.0
+def test_the_other_kind_is_taken_where_one_is_impossible(situation, set_models):
+    set_models.probability = 0.1
+    proposal = coordinate(situation(FLAT))
+    assert proposal is not None
+    assert proposal.kind == gi.GRASP
+    assert "no push is possible" in proposal.why
 
 
-def test_nothing_is_possible(q_maps):
-    assert ask(q_maps, 0.9, NONE, NONE) is None
+def test_nothing_is_possible(situation):
+    assert coordinate(situation(FLAT, memory=EVERY_GRASP_FAILED)) is None

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from grasping_invisible.runtime.explorer import EXPLORERS, exploration_maps, explore
+from grasping_invisible.runtime.explorer import best_push
+from grasping_invisible.runtime.explorer_maps import FACTORS, exploration_maps
 from grasping_invisible.runtime.motion import cell_position
 
 SHAPE = (16, 112, 112)
@@ -35,7 +36,7 @@ def test_the_posterior_is_the_product_of_its_factors(two_heaps):
     ],
 )
 def test_ablations_leave_factors_out(two_heaps, method, factors):
-    assert method in EXPLORERS
+    assert method in FACTORS
     q_push = np.random.default_rng(1).random(SHAPE, np.float32)
     maps = exploration_maps(two_heaps, q_push, ((0.4, 0.0),), method)
     expected = np.prod([getattr(maps, name) for name in factors], axis=0)
@@ -44,9 +45,9 @@ def test_ablations_leave_factors_out(two_heaps, method, factors):
 
 def test_it_avoids_the_place_where_it_failed(two_heaps):
     q_push = np.ones(SHAPE, np.float32)
-    first, _ = explore(exploration_maps(two_heaps, q_push, ()), ANY, rng())
+    first, _ = best_push(exploration_maps(two_heaps, q_push, ()), ANY, rng())
     failed = cell_position(first.row, first.column, two_heaps.workspace)
-    second, _ = explore(exploration_maps(two_heaps, q_push, (failed,)), ANY, rng())
+    second, _ = best_push(exploration_maps(two_heaps, q_push, (failed,)), ANY, rng())
     x, y = cell_position(second.row, second.column, two_heaps.workspace)
     assert np.hypot(x - failed[0], y - failed[1]) > 0.1
 
@@ -55,25 +56,25 @@ def test_only_allowed_pushes_are_chosen(two_heaps):
     maps = exploration_maps(two_heaps, np.ones(SHAPE, np.float32), ())
     allowed = np.zeros(SHAPE, bool)
     allowed[5, 50:60, 50:60] = True
-    choice, _ = explore(maps, allowed, rng())
+    choice, _ = best_push(maps, allowed, rng())
     assert allowed[choice.rotation, choice.row, choice.column]
 
 
 def test_without_edges_the_critic_decides(table_with):
     q_push = np.zeros(SHAPE, np.float32)
     q_push[2, 30, 40] = 0.4
-    choice, by = explore(exploration_maps(table_with(), q_push, ()), ANY, rng())
+    choice, by = best_push(exploration_maps(table_with(), q_push, ()), ANY, rng())
     assert (choice.rotation, choice.row, choice.column) == (2, 30, 40)
     assert by == "agnostic push and failures"
 
 
 def test_with_a_critic_that_sees_nothing_the_edges_decide(two_heaps):
-    choice, by = explore(exploration_maps(two_heaps, np.full(SHAPE, -1, np.float32), ()), ANY, rng())
+    choice, by = best_push(exploration_maps(two_heaps, np.full(SHAPE, -1, np.float32), ()), ANY, rng())
     assert by == "clutter and failures"
     assert choice.value > 0.5
 
 
 def test_with_nothing_to_go_by_it_still_keeps_away_from_failures(table_with):
-    choice, by = explore(exploration_maps(table_with(), np.zeros(SHAPE, np.float32), ((0.3, -0.2),)), ANY, rng())
+    choice, by = best_push(exploration_maps(table_with(), np.zeros(SHAPE, np.float32), ((0.3, -0.2),)), ANY, rng())
     assert by == "failures alone"
     assert choice.value == pytest.approx(1.0, abs=0.01)

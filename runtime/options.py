@@ -1,0 +1,63 @@
+"""The motions that a method chooses from, and what the critic says of them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grasping_invisible.data.action_grid import feasible_grasps
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.runtime.choice import Choice, best_action, best_value
+from grasping_invisible.runtime.critic import QMaps
+from grasping_invisible.runtime.motion import low_grasps, pushes_towards
+from grasping_invisible.runtime.situation import Situation
+
+
+@dataclass(frozen=True)
+class Options:
+    """Pushes and grasps, (16, 112, 112) bool each; not all false."""
+
+    q_maps: QMaps
+    pushes: NDArray[np.bool_]
+    grasps: NDArray[np.bool_]
+
+    @property
+    def q_push(self) -> float:
+        """q_p: the greatest Q value of these pushes, 0 where there are none."""
+        return best_value(self.q_maps.push, self.pushes) or 0.0
+
+    @property
+    def q_grasp(self) -> float:
+        """q_g: the greatest Q value of these grasps, 0 where there are none."""
+        return best_value(self.q_maps.grasp, self.grasps) or 0.0
+
+    def best(self, kind: gi.MotionKind, rng: np.random.Generator) -> tuple[gi.MotionKind, Choice]:
+        """The best motion of a kind, or of the other kind where there is none of it."""
+        push = best_action(self.q_maps.push, self.pushes, rng) if kind == gi.PUSH or not self.grasps.any() else None
+        if push is not None:
+            return gi.PUSH, push
+        grasp = best_action(self.q_maps.grasp, self.grasps, rng)
+        assert grasp is not None  # there are options
+        return gi.GRASP, grasp
+
+
+def options_for(situation: Situation, mask: NDArray[np.bool_]) -> Options | None:
+    """What can be done for an object under a mask (N, N), as its critic values it; None where nothing can."""
+    return options_among(
+        situation,
+        situation.q_maps(mask),
+        pushes_towards(mask, situation.maps.workspace),
+        feasible_grasps(mask, situation.maps.workspace.resolution),
+    )
+
+
+def options_among(
+    situation: Situation, q_maps: QMaps, pushes: NDArray[np.bool_], grasps: NDArray[np.bool_]
+) -> Options | None:
+    """What of some pushes and grasps can be done and is not known to change nothing; None where nothing is."""
+    options = Options(
+        q_maps,
+        situation.pushes & situation.untried(gi.PUSH) & pushes,
+        low_grasps(situation.maps, grasps) & situation.untried(gi.GRASP),
+    )
+    return options if options.pushes.any() or options.grasps.any() else None
