@@ -28,7 +28,8 @@ class Curves:
         if not self._points:
             return
         if self._writer is None:
-            self._writer = SummaryWriter(str(self._folder))
+            # Files are named by the second; two that begin within one must not be the same.
+            self._writer = SummaryWriter(str(self._folder), filename_suffix=f".from-{self._points[0][0]:07d}")
         for step, name, value in self._points:
             self._writer.add_scalar(name, value, step)
         self._points.clear()

@@ -81,7 +81,7 @@ class Session:
                     if self.step % NOTE_EVERY == 0:
                         means = {name: float(np.mean([values[name] for values in recent])) for name in recent[0]}
                         (rate,) = self.schedule.get_last_lr()
-                        curves.add(self.step, {"learning_rate": rate, **_below("training", means)})
+                        curves.add(self.step, {"learning_rate": float(rate), **_below("training", means)})
                         note = f"loss {means['loss']:.4f}"
                         recent.clear()
                     advance(note)

@@ -67,6 +67,33 @@ def test_q_maps_depend_on_the_target_and_are_the_same_again(folder: Path) -> Non
     assert not np.array_equal(first.push, other.push)
 
 
+def test_a_critic_without_colour_is_fed_without_colour(tmp_path: Path) -> None:
+    from grasping_invisible.export.onnx_file import Graph, write_onnx
+    from grasping_invisible.runtime.critic import Critic
+    from grasping_invisible.runtime.onnx_model import OnnxModel
+    from grasping_invisible.training.critic_values import q_maps
+    from grasping_invisible.training.light_critic import LightCritic
+
+    net = LightCritic(planes=2).eval()
+    rng = np.random.default_rng(0)
+    file = write_onnx(
+        Graph("critic", net, "planes", ("push", "grasp"), True, (rng.random((2, 2, 160, 160), np.float32),), 1e-4),
+        tmp_path,
+    )
+    workspace = Workspace()
+    n = workspace.cells
+    color = rng.integers(0, 256, (2, n, n, 3), dtype=np.uint8)
+    height, labels = rng.random((n, n), np.float32) * 0.1, np.zeros((n, n), np.uint8)
+    mask = np.zeros((n, n), np.bool_)
+    mask[80:120, 60:100] = True
+    critic = Critic(OnnxModel(tmp_path, file, 1), planes=2)
+    one, other = (critic.q_maps(Heightmaps(0, picture, height, labels, workspace), mask) for picture in color)
+    np.testing.assert_array_equal(one.grasp, other.grasp)
+    in_torch = q_maps(net, Heightmaps(0, color[0], height, labels, workspace), mask)
+    np.testing.assert_allclose(one.grasp, in_torch.grasp, atol=1e-4)
+    np.testing.assert_allclose(one.push, in_torch.push, atol=1e-4)
+
+
 def test_more_threads_change_no_bit(folder: Path) -> None:
     color = np.random.default_rng(1).integers(0, 256, (480, 640, 3), dtype=np.uint8)
     one, two = load_bundle(folder, threads=1), load_bundle(folder, threads=2)
@@ -118,6 +145,8 @@ def edit_manifest(before: bytes, after: bytes):
         (garble_manifest, "not valid"),
         (edit_manifest(b'"violet"', b'"pink"'), "classes"),
         (edit_manifest(b'"resolution": 0.002', b'"resolution": 0.004'), "critic_input"),
+        (edit_manifest(b'"planes": 5', b'"planes": 3'), "critic_input"),
+        (edit_manifest(b'"planes": 5', b'"planes": 2'), "critic's shape"),
         (edit_manifest(b'"format": 1', b'"format": 2'), "format"),
         (edit_manifest(b'"name": "planes"', b'"name": "maps"'), "the manifest says"),
         (edit_manifest(b'"file": "critic.onnx"', b'"file": "../critic.onnx"'), "is missing"),

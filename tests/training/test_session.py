@@ -1,15 +1,31 @@
+import struct
 from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
 from rich.console import Console
+from tensorboardX.proto.event_pb2 import Event
 
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights, save_checkpoint
 from grasping_invisible.training.session import Session
 
 STEPS = 40
+
+
+def read_curves(folder: Path) -> dict[str, list[tuple[int, float]]]:
+    """The points of every curve, in the order of their files; each record is a length, its check, bytes, a check."""
+    curves: dict[str, list[tuple[int, float]]] = {}
+    for path in sorted(folder.iterdir()):
+        content = path.read_bytes()
+        while content:
+            (length,) = struct.unpack_from("<Q", content)
+            event = Event.FromString(content[12 : 12 + length])
+            for value in event.summary.value:
+                curves.setdefault(value.tag, []).append((event.step, value.simple_value))
+            content = content[16 + length :]
+    return curves
 
 
 def fit(path: Path, stop_at: int | None = None) -> tuple[torch.nn.Linear, Session]:
@@ -39,6 +55,33 @@ def test_an_interrupted_run_ends_as_one_that_was_not(tmp_path: Path) -> None:
     assert session.finished
     assert torch.equal(whole.weight, resumed.weight)
     assert torch.equal(session.memory["touched"], torch.ones(STEPS))
+
+
+def test_curves_of_an_interrupted_run_hold_each_step_once(tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        fit(tmp_path / "line.pt", stop_at=27)
+    fit(tmp_path / "line.pt")
+    curves = read_curves(tmp_path / "curves" / "line")
+    assert [step for step, _ in curves["training/loss"]] == [20, 40]
+    assert [step for step, _ in curves["learning_rate"]] == [20, 40]
+    assert curves["training/loss"][0][1] > curves["training/loss"][1][1] > 0
+
+
+def test_scores_on_the_way_are_of_the_network_in_evaluation_mode(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("grasping_invisible.training.session.SAVE_EVERY", 10)
+    net = torch.nn.Linear(1, 1)
+    optimizer = torch.optim.AdamW(net.parameters(), 0.1)
+    session = Session("line", tmp_path / "line.pt", net, optimizer, 0.1, STEPS, "data")
+
+    def losses(step: int) -> dict[str, torch.Tensor]:
+        assert net.training
+        return {"loss": net(torch.ones(1, 1)).mean()}
+
+    session.run(losses, Console(quiet=True), measure=lambda: {"in_training": float(net.training)})
+    curve = read_curves(tmp_path / "curves" / "line")["held_out/in_training"]
+    assert curve == [(10, 0.0), (20, 0.0), (30, 0.0), (40, 0.0)]
 
 
 def test_a_finished_run_takes_no_further_step(tmp_path: Path) -> None:
