@@ -13,10 +13,11 @@ from grasping_invisible.export.onnx_file import Graph, write_onnx
 from grasping_invisible.runtime.classifier import FEATURES
 from grasping_invisible.runtime.manifest import CameraAssumptions, CriticInput, Manifest, ModelFile, write_manifest
 from grasping_invisible.runtime.rotation import ROTATED_CELLS
-from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights, source_commit
+from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights
 from grasping_invisible.training.classifier_net import ClassifierGraph, ClassifierNet
 from grasping_invisible.training.critic_design import critic_of
 from grasping_invisible.training.segmenter_net import SegmenterGraph, SegmenterNet
+from grasping_invisible.training.source import source_commit
 
 MODELS = ("segmenter", "critic", "classifier")
 EXAMPLES = 3

@@ -1,7 +1,6 @@
 """Network weights on disk, with what they were trained on, how they score, and the state to go on from."""
 
 import os
-import subprocess
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -57,19 +56,3 @@ def load_weights(net: torch.nn.Module, checkpoint: Checkpoint, path: Path) -> No
     except RuntimeError as error:
         line = str(error).splitlines()[0]
         raise BadInput(f"{path} does not fit this version's {checkpoint.kind}: {line}") from None
-
-
-def source_commit() -> str:
-    """The commit of the source tree this runs from, "+changes" where it was edited; "unknown" outside one."""
-    here = Path(__file__).parent
-    try:
-        commit = _git(here, "rev-parse", "HEAD")
-        return commit + ("+changes" if _git(here, "status", "--porcelain", "--untracked-files=no") else "")
-    except (OSError, subprocess.CalledProcessError):
-        return "unknown"
-
-
-def _git(folder: Path, *arguments: str) -> str:
-    return subprocess.run(
-        ["git", "-C", str(folder), *arguments], capture_output=True, text=True, check=True
-    ).stdout.strip()

@@ -15,7 +15,7 @@ from grasping_invisible.data.progress import bar
 from grasping_invisible.data.target_border import target_border
 from grasping_invisible.runtime.coordinator import classifier_features
 from grasping_invisible.runtime.errors import BadInput
-from grasping_invisible.training.checkpoint import Checkpoint, source_commit
+from grasping_invisible.training.checkpoint import Checkpoint
 from grasping_invisible.training.classifier_net import ClassifierNet
 from grasping_invisible.training.critic_design import load_critic
 from grasping_invisible.training.critic_net import CriticNet
@@ -24,6 +24,7 @@ from grasping_invisible.training.critic_values import best_values, q_maps
 from grasping_invisible.training.device import training_device
 from grasping_invisible.training.fingerprint import data_fingerprint, weights_fingerprint
 from grasping_invisible.training.session import Session
+from grasping_invisible.training.source import source_commit
 from grasping_invisible.training.split import split
 from grasping_invisible.training.transitions import Transition
 

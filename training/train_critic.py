@@ -18,7 +18,7 @@ from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.rewards import REWARD_VERSION
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.manifest import file_sha256
-from grasping_invisible.training.checkpoint import Checkpoint, source_commit
+from grasping_invisible.training.checkpoint import Checkpoint
 from grasping_invisible.training.critic_batch import example, executed_values
 from grasping_invisible.training.critic_design import CriticDesign
 from grasping_invisible.training.critic_net import CriticNet
@@ -29,6 +29,7 @@ from grasping_invisible.training.device import training_device
 from grasping_invisible.training.fingerprint import data_fingerprint
 from grasping_invisible.training.imagenet_weights import load_imagenet
 from grasping_invisible.training.session import Session
+from grasping_invisible.training.source import source_commit
 from grasping_invisible.training.split import split
 from grasping_invisible.training.transitions import Transition
 

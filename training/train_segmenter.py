@@ -11,13 +11,14 @@ from torch.nn import functional
 
 from grasping_invisible.data.progress import bar
 from grasping_invisible.training.augment import draw_crop
-from grasping_invisible.training.checkpoint import Checkpoint, source_commit
+from grasping_invisible.training.checkpoint import Checkpoint
 from grasping_invisible.training.device import training_device
 from grasping_invisible.training.fingerprint import data_fingerprint
 from grasping_invisible.training.renders import HELD_OUT_SEEDS, VIEWS, Views, load_pile, render_missing
 from grasping_invisible.training.segmenter_net import SegmenterGraph, SegmenterNet
 from grasping_invisible.training.segmenter_score import score_segmenter
 from grasping_invisible.training.session import Session
+from grasping_invisible.training.source import source_commit
 
 WATCHED = 3  # held-out piles of which the curves during a training are drawn; the scores at its end are of all
 
