@@ -11,13 +11,26 @@ from grasping_invisible.data import topics
 from grasping_invisible.data.clock import to_ns
 from grasping_invisible.data.log_file import is_being_written
 from grasping_invisible.data.log_reader import LoggedMessage, LogReader
+from grasping_invisible.data.log_recovery import RECOVERED
 from grasping_invisible.data.log_storage import parts_of
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.recorder import DROPPED, PART
 
 
-def problems_of(path: Path) -> list[str]:
-    """Everything wrong with the log that begins at `path`, a line each; reads all of it. Raises `BadLog`."""
+@dataclass(frozen=True)
+class Checkup:
+    """What a check found, a line each.
+
+    `problems`: damage, what is missing, and what contradicts itself. `losses`: of a recovered log, what its recovery
+    could not save and what is therefore missing; its own bytes are sound, and it says itself that it is not whole.
+    """
+
+    problems: list[str]
+    losses: list[str] = field(default_factory=list)
+
+
+def check_log(path: Path) -> Checkup:
+    """Look for everything that can be wrong with the log that begins at `path`; reads all of it. Raises `BadLog`."""
     story = _Story()
     problems: list[str] = []
     parts = parts_of(path)
@@ -30,9 +43,14 @@ def problems_of(path: Path) -> list[str]:
         problems += [f"{part.name}: {line}" for line in reader.damage]
     if is_being_written(parts[-1]):
         problems.append(f"{parts[-1].name}: still being written")
+    found = list(story.contradictions())
     if PART in metadata:  # only our recorder promises sequence numbers without gaps
-        problems += story.missing(metadata.get(DROPPED, {}))
-    return problems + list(story.contradictions())
+        found = [*story.missing(metadata.get(DROPPED, {})), *found]
+    recovered = metadata.get(RECOVERED)
+    if recovered is None:
+        return Checkup(problems + found)
+    lost = [f"{name}: {line}" for name, line in recovered.items()]
+    return Checkup(problems, lost + found)
 
 
 @dataclass

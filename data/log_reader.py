@@ -8,7 +8,6 @@ from typing import BinaryIO
 
 import msgspec
 from google.protobuf.message import DecodeError, Message
-from mcap.exceptions import McapError
 from mcap.records import Channel, Metadata, Schema
 from mcap.records import Message as RawMessage
 from mcap_protobuf.decoder import DecoderFactory
@@ -110,22 +109,30 @@ class LogReader:
             self.complete = scan.complete and not self.damage
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[LoggedMessage]:
-        """Decoded messages of the given topics, or of all. Those that cannot be decoded are damage."""
-        decoders: dict[int, Callable[[bytes], Message] | str] = {}
+        """Decoded messages of the given topics, or of all.
+
+        Those that cannot be decoded are damage; those of other programs' topics are then passed over.
+        """
+        for _, channel, raw, message in self.sound_messages(topics):
+            if message is not None:
+                yield LoggedMessage(channel.topic, message, raw.log_time, raw.publish_time, raw.sequence)
+
+    def sound_messages(
+        self, topics: Collection[str] | None = None
+    ) -> Iterator[tuple[Schema | None, Channel, RawMessage, Message | None]]:
+        """Like `raw_messages`, and decoded, without what is damage; None where another program's cannot be decoded."""
+        decoders: dict[int, _Decoder] = {}
         failures: Counter[str] = Counter()
         for schema, channel, raw in self.raw_messages(topics):
-            if channel.id not in decoders:
-                decoders[channel.id] = _decoder(schema, channel)
-            decode = decoders[channel.id]
-            if isinstance(decode, str):
-                failures[decode] += 1
-                continue
+            decoder = decoders.get(channel.id)
+            if decoder is None or not decoder.is_for(schema, channel):  # damage can describe a channel anew
+                decoder = decoders[channel.id] = _Decoder(schema, channel)
             try:
-                message = decode(raw.data)
-            except DecodeError:
-                failures[f"{channel.topic} cannot be decoded"] += 1
+                message = decoder.decode(raw.data)
+            except _Undecodable as reason:
+                failures[str(reason)] += 1
                 continue
-            yield LoggedMessage(channel.topic, message, raw.log_time, raw.publish_time, raw.sequence)
+            yield schema, channel, raw, message
         self._note(f"{count} messages: {reason}" for reason, count in failures.items())
         self.complete = self.complete and not failures
 
@@ -151,18 +158,47 @@ def _count(found: dict[str, TopicContent], schema: Schema | None, channel: Chann
     found[channel.topic] = TopicContent(before.type, before.messages + messages)
 
 
-def _decoder(schema: Schema | None, channel: Channel) -> Callable[[bytes], Message] | str:
-    """A function from bytes to a message, or the reason why there is none."""
+class _Undecodable(Exception):
+    """Why a message of one of our topics cannot be decoded."""
+
+
+class _Decoder:
+    """Decodes the messages of one channel."""
+
+    def __init__(self, schema: Schema | None, channel: Channel) -> None:
+        self._schema = schema
+        self._channel = channel
+        self._ours = channel.topic in BY_KEY
+        self._failure = _mismatch(schema, channel) if self._ours else ""
+        self._decode = BY_KEY[channel.topic].message.FromString if self._ours else _foreign(schema, channel)
+
+    def is_for(self, schema: Schema | None, channel: Channel) -> bool:
+        """Whether this decodes messages of that very description."""
+        return schema is self._schema and channel is self._channel
+
+    def decode(self, data: bytes) -> Message | None:
+        """The message; None for another program's that cannot be decoded. Raises `_Undecodable`."""
+        if self._failure:
+            raise _Undecodable(self._failure)
+        try:
+            return self._decode(data) if self._decode is not None else None
+        except DecodeError:
+            if not self._ours:
+                return None
+            raise _Undecodable(f"{self._channel.topic} cannot be decoded") from None
+
+
+def _mismatch(schema: Schema | None, channel: Channel) -> str:
+    """Why the messages of a channel are not what its topic promises; empty where they are."""
     if schema is None or channel.message_encoding != "protobuf" or schema.encoding != "protobuf":
         return f"{channel.topic} is not protobuf with a schema"
-    topic = BY_KEY.get(channel.topic)
-    if topic is not None:
-        expected = topic.message.DESCRIPTOR.full_name
-        if schema.name != expected:
-            return f"{channel.topic} holds {schema.name}, expected {expected}"
-        return topic.message.FromString
+    expected = BY_KEY[channel.topic].message.DESCRIPTOR.full_name
+    return "" if schema.name == expected else f"{channel.topic} holds {schema.name}, expected {expected}"
+
+
+def _foreign(schema: Schema | None, channel: Channel) -> Callable[[bytes], Message] | None:
+    """A decoder by the schema that the log holds, which can be anything."""
     try:
-        decode = DecoderFactory().decoder_for(channel.message_encoding, schema)
-    except (McapError, DecodeError, TypeError, KeyError, ValueError) as error:
-        return f"{channel.topic} has an unusable schema: {error}"
-    return decode or f"{channel.topic} has an unusable schema"
+        return DecoderFactory().decoder_for(channel.message_encoding, schema)
+    except Exception:
+        return None

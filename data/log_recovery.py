@@ -23,6 +23,7 @@ class Recovery:
 def recover(damaged: Path, out: Path) -> Recovery:
     """Copy every message that can be read to a new log, byte for byte, with its times and sequence number.
 
+    Messages of our topics that cannot be decoded are left out; those of other programs need not be decodable.
     Raises `BadLog` when there is none, `BadRequest` when `out` exists. `out` appears only when it is complete.
     """
     if out.exists():
@@ -52,7 +53,7 @@ def _copy(reader: LogReader, writer: Writer) -> int:
     schemas: dict[tuple[str, bytes], int] = {}
     channels: dict[tuple[str, str, int], int] = {}
     count = 0
-    for schema, channel, message in reader.raw_messages():
+    for schema, channel, message, _ in reader.sound_messages():
         target = _channel(writer, schemas, channels, schema, channel)
         writer.add_message(target, message.log_time, message.data, message.publish_time, message.sequence)
         count += 1

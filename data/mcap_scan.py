@@ -13,26 +13,29 @@ from dataclasses import dataclass
 from io import BytesIO
 from typing import Any, BinaryIO
 
+import lz4.frame
 import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, ChunkIndex, Footer, McapRecord, Message, Metadata, Schema, Statistics
-from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.records import Channel, ChunkIndex, Footer, McapRecord, Message, Metadata, Schema, Statistics
+from mcap.stream_reader import StreamReader
 from mcap.writer import MCAP0_MAGIC
 
 _HEADER = struct.Struct("<BQ")  # opcode and length of every record
 _MESSAGE_HEAD = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
 _CHUNK_HEAD = struct.Struct("<QQQII")  # times, size and checksum of what is inside, length of what follows
 _FOOTER_BYTES = _HEADER.size + 20 + len(MCAP0_MAGIC)
-_LARGEST = 256 << 20  # no record we keep is near this; a damaged length often is beyond
+# Bytes of a record or an unpacked chunk: none we keep is near this, and a damaged length or a chunk made to fill the
+# memory is often beyond.
+_LARGEST = 64 << 20
 _WINDOW = 1 << 20
+_DATA_END = _HEADER.pack(Opcode.DATA_END, 4)  # and a checksum: what the summary follows
 _COMPRESSIONS = (b"zstd", b"lz4")
 _KEPT: dict[int, Callable[[ReadDataStream], McapRecord]] = {
     Opcode.SCHEMA: Schema.read,
     Opcode.CHANNEL: Channel.read,
     Opcode.METADATA: Metadata.read,
-    Opcode.CHUNK: Chunk.read,
 }
 _SKIPPED = (Opcode.HEADER, Opcode.ATTACHMENT)
 _PARSE_ERRORS = (McapError, zstandard.ZstdError, struct.error, ValueError, RuntimeError, OverflowError)
@@ -46,13 +49,13 @@ class _Damaged(Exception):
 class Index:
     """The summary at the end of a complete file."""
 
-    starts_at: int
     schemas: dict[int, Schema]
     channels: dict[int, Channel]
     chunks: dict[int, ChunkIndex]  # by the offset of the chunk
     counts: dict[int, int]  # messages of each channel
     begins_ns: int = 0
     ends_ns: int = 0
+    starts_at: int | None = None  # in the file; None: not where the file says
 
 
 class McapScan:
@@ -98,10 +101,10 @@ class McapScan:
                 elif opcode == Opcode.MESSAGE:
                     if in_chunks:
                         raise _Damaged  # a file with chunks has its messages in them
-                    yield self._parse(_read_message, self._read(start, end))
+                    yield _message(self._read(start, end))
                     sound_until = end
                 elif opcode in _KEPT:
-                    yield self._parse(_KEPT[opcode], self._read(start, end))
+                    yield _parse(_KEPT[opcode], self._read(start, end))
                 position = end
             except _Damaged:
                 found = self._find_chunk(sound_until)
@@ -135,40 +138,28 @@ class McapScan:
             inner = self._read(start + 2, start + 6)
             if len(inner) < 4 or int.from_bytes(inner, "little") != length - 6:
                 raise _Damaged
-        elif opcode not in (*_KEPT, *_SKIPPED, Opcode.MESSAGE, Opcode.DATA_END):
+        elif opcode not in (*_KEPT, *_SKIPPED, Opcode.CHUNK, Opcode.MESSAGE, Opcode.DATA_END):
             raise _Damaged
         return opcode, start, start + length
-
-    def _parse(self, parse: Callable[[ReadDataStream], Any], content: bytes) -> Any:
-        stream = ReadDataStream(BytesIO(content))
-        try:
-            record = parse(stream)
-        except _PARSE_ERRORS as error:
-            raise _Damaged from error
-        if stream.count != len(content):
-            raise _Damaged
-        return record
 
     def _chunk(self, start: int) -> tuple[list[McapRecord], int]:
         """The records of the chunk whose content starts at `start`, and where it ends."""
         head = self._read(start, start + _CHUNK_HEAD.size)
         if len(head) < _CHUNK_HEAD.size:
             raise _Damaged
-        *_, name_length = _CHUNK_HEAD.unpack(head)
-        if name_length > 8:
+        _, _, size, checksum, name_length = _CHUNK_HEAD.unpack(head)
+        if name_length > 8 or size > _LARGEST:
             raise _Damaged
-        data_at = start + _CHUNK_HEAD.size + name_length + 8
+        name_at = start + _CHUNK_HEAD.size
+        data_at = name_at + name_length + 8
         data_length = int.from_bytes(self._read(data_at - 8, data_at), "little")
         end = data_at + data_length
         if data_length > _LARGEST or end > self._size:
             raise _Damaged
-        chunk: Chunk = self._parse(Chunk.read, self._read(start, end))
-        try:
-            if chunk.compression == "zstd" and zstandard.frame_content_size(chunk.data) > _LARGEST:
-                raise _Damaged
-            return breakup_chunk(chunk, validate_crc=True), end
-        except _PARSE_ERRORS as error:
-            raise _Damaged from error
+        content = _unpacked(self._read(name_at, name_at + name_length), self._read(data_at, end), size)
+        if checksum and zlib.crc32(content) != checksum:
+            raise _Damaged
+        return list(_records_in(content)), end
 
     def _find_chunk(self, position: int) -> tuple[int, tuple[list[McapRecord], int]] | None:
         """The first sound compressed chunk whose record starts at or after `position`, and its offset."""
@@ -218,34 +209,100 @@ class McapScan:
         if footer_at < len(MCAP0_MAGIC) or not tail.endswith(MCAP0_MAGIC) or tail[0] != Opcode.FOOTER:
             return None
         start, _, checksum = struct.unpack_from("<QQI", tail, _HEADER.size)
-        if not 0 < start <= footer_at or footer_at - start > _LARGEST:
-            return None
-        content = self._read(start, self._size)
-        if checksum and zlib.crc32(content[: -len(MCAP0_MAGIC) - 4]) != checksum:
-            return None
-        index = Index(start, {}, {}, {}, {})
-        try:
-            for record in StreamReader(BytesIO(content), skip_magic=True).records:
-                if isinstance(record, Schema):
-                    index.schemas[record.id] = record
-                elif isinstance(record, Channel):
-                    index.channels[record.id] = record
-                elif isinstance(record, ChunkIndex):
-                    index.chunks[record.chunk_start_offset] = record
-                elif isinstance(record, Statistics):
-                    index.counts.update(record.channel_message_counts)
-                    index.begins_ns, index.ends_ns = record.message_start_time, record.message_end_time
-                elif isinstance(record, Footer):
-                    break
-        except _PARSE_ERRORS:
-            return None
-        return index
+        if 0 < start <= footer_at and footer_at - start <= _LARGEST:
+            index = _index_in(self._read(start, self._size), checksum)
+            if index is not None:
+                index.starts_at = start
+                return index
+        return self._find_index(checksum) if checksum else None
+
+    def _find_index(self, checksum: int) -> Index | None:
+        """A sound summary that lies elsewhere than the footer says, as bytes before it were lost or added.
+
+        It still describes schemas and channels, but no place in the file.
+        """
+        tail = self._read(max(0, self._size - _WINDOW), self._size)
+        for hit in _find_all(tail, _DATA_END):
+            index = _index_in(tail[hit + len(_DATA_END) + 4 :], checksum)
+            if index is not None:
+                index.chunks.clear()
+                return index
+        return None
 
 
-def _read_message(stream: ReadDataStream) -> Message:
-    head = stream.read(_MESSAGE_HEAD.size)
-    channel, sequence, log_time, publish_time = _MESSAGE_HEAD.unpack(head)
-    return Message(channel, log_time, stream.read(_LARGEST), publish_time, sequence)
+def _index_in(content: bytes, checksum: int) -> Index | None:
+    """The summary in the end of a file, if it has the checksum; 0: it has none."""
+    if checksum and zlib.crc32(content[: -len(MCAP0_MAGIC) - 4]) != checksum:
+        return None
+    index = Index({}, {}, {}, {})
+    try:
+        for record in StreamReader(BytesIO(content), skip_magic=True).records:
+            if isinstance(record, Schema):
+                index.schemas[record.id] = record
+            elif isinstance(record, Channel):
+                index.channels[record.id] = record
+            elif isinstance(record, ChunkIndex):
+                index.chunks[record.chunk_start_offset] = record
+            elif isinstance(record, Statistics):
+                index.counts.update(record.channel_message_counts)
+                index.begins_ns, index.ends_ns = record.message_start_time, record.message_end_time
+            elif isinstance(record, Footer):
+                return index
+    except _PARSE_ERRORS:
+        return None
+    return None
+
+
+def _unpacked(compression: bytes, data: bytes, size: int) -> bytes:
+    """What a chunk holds, without ever unpacking more than a chunk may hold. `size`: what the chunk says."""
+    try:
+        if compression == b"zstd" and zstandard.frame_content_size(data) <= _LARGEST:
+            return zstandard.ZstdDecompressor().decompress(data, max_output_size=size)
+        if compression == b"lz4":
+            unpacking = lz4.frame.LZ4FrameDecompressor()
+            content = unpacking.decompress(data, max_length=size + 1)
+            if unpacking.eof:
+                return content
+    except _PARSE_ERRORS as error:
+        raise _Damaged from error
+    if compression == b"":
+        return data
+    raise _Damaged
+
+
+def _records_in(content: bytes) -> Iterator[McapRecord]:
+    """Schemas, channels and messages of an unpacked chunk."""
+    position = 0
+    while position < len(content):
+        start = position + _HEADER.size
+        if start > len(content):
+            raise _Damaged
+        opcode, length = _HEADER.unpack_from(content, position)
+        position = start + length
+        if position > len(content):
+            raise _Damaged
+        if opcode == Opcode.MESSAGE:
+            yield _message(content[start:position])
+        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            yield _parse(_KEPT[opcode], content[start:position])
+
+
+def _parse(parse: Callable[[ReadDataStream], Any], content: bytes) -> Any:
+    stream = ReadDataStream(BytesIO(content))
+    try:
+        record = parse(stream)
+    except _PARSE_ERRORS as error:
+        raise _Damaged from error
+    if stream.count != len(content):
+        raise _Damaged
+    return record
+
+
+def _message(content: bytes) -> Message:
+    if len(content) < _MESSAGE_HEAD.size:
+        raise _Damaged
+    channel, sequence, log_time, publish_time = _MESSAGE_HEAD.unpack_from(content)
+    return Message(channel, log_time, content[_MESSAGE_HEAD.size :], publish_time, sequence)
 
 
 def _find_all(data: bytes, mark: bytes) -> Iterator[int]:

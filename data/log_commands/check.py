@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rich.text import Text
 
-from grasping_invisible.data.log_check import problems_of
+from grasping_invisible.data.log_check import check_log
 from grasping_invisible.data.log_commands.output import console
 
 
@@ -19,10 +19,13 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
 def run(arguments: argparse.Namespace) -> int:
     """Print every problem; 0 when there is none, else 1."""
     out = console()
-    problems = problems_of(arguments.file)
-    for problem in problems:
-        out.print(Text(problem))
-    if problems:
+    checkup = check_log(arguments.file)
+    for line in (*checkup.problems, *checkup.losses):
+        out.print(Text(line))
+    if checkup.problems:
         return 1
-    out.print(Text(f"{arguments.file}: complete and consistent"))
+    if checkup.losses:
+        out.print(Text(f"{arguments.file}: sound, and as whole as its recovery could make it"))
+    else:
+        out.print(Text(f"{arguments.file}: complete and consistent"))
     return 0

@@ -1,5 +1,9 @@
+import struct
+import zlib
+
 import numpy as np
 import pytest
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
 from grasping_invisible.data.clock import to_ns
 from grasping_invisible.data.errors import BadMessage
@@ -75,3 +79,22 @@ def test_depth_that_is_not_what_it_says_is_a_bad_message(change: dict[str, objec
         setattr(message, name, value)
     with pytest.raises(BadMessage, match="16UC1"):
         decode_depth(message)
+
+
+def picture_of(width: int, height: int, kind: str) -> CompressedImage:
+    """A small picture whose head says that it is of another size."""
+    message = encode_color(np.zeros((8, 8, 3), np.uint8), 0, jpeg_quality=None if kind == "png" else 90)
+    data = bytearray(message.data)
+    if kind == "png":
+        struct.pack_into(">II", data, 16, width, height)
+        struct.pack_into(">I", data, 29, zlib.crc32(data[12:29]))
+    else:
+        struct.pack_into(">HH", data, data.find(b"\xff\xc0") + 5, height, width)
+    return CompressedImage(data=bytes(data), format=kind)
+
+
+@pytest.mark.parametrize("kind", ["png", "jpeg"])
+def test_a_picture_that_promises_to_fill_the_memory_is_not_decoded(kind: str) -> None:
+    assert decode_color(picture_of(8, 8, kind)).shape == (8, 8, 3)
+    with pytest.raises(BadMessage, match="of up to 16777216 pixels"):
+        decode_color(picture_of(30_000, 20_000, kind))

@@ -1,19 +1,20 @@
 import pytest
 
 from grasping_invisible.data import topics
-from grasping_invisible.data.log_check import problems_of
+from grasping_invisible.data.log_check import check_log
+from grasping_invisible.data.log_recovery import recover
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.recorder import Recorder, RecordingSettings
 
 
 def test_a_whole_run_has_no_problem(write_run) -> None:
-    assert problems_of(write_run()) == []
+    assert check_log(write_run()).problems == []
 
 
 def test_a_run_in_parts_has_no_problem(write_run) -> None:
     path = write_run(steps=12, settings=RecordingSettings(part_bytes=20_000, flush_seconds=0.0))
     assert path.with_name("run.002.mcap").exists()
-    assert problems_of(path) == []
+    assert check_log(path).problems == []
 
 
 @pytest.mark.parametrize(
@@ -28,7 +29,7 @@ def test_a_run_in_parts_has_no_problem(write_run) -> None:
 )
 def test_what_is_missing_from_a_run_is_named(write_run, run_of, topic: topics.Topic, problem: str) -> None:
     messages = [pair for pair in run_of() if pair[0] is not topic]
-    assert problem in problems_of(write_run(messages=messages))
+    assert problem in check_log(write_run(messages=messages)).problems
 
 
 def test_decisions_out_of_order_are_named(write_run, run_of) -> None:
@@ -36,7 +37,7 @@ def test_decisions_out_of_order_are_named(write_run, run_of) -> None:
     for _, message in messages:
         if isinstance(message, gi.Decision):
             message.step += 5
-    assert "decisions are not numbered 0, 1, 2, ...: [5, 6, 7]" in problems_of(write_run(messages=messages))
+    assert "decisions are not numbered 0, 1, 2, ...: [5, 6, 7]" in check_log(write_run(messages=messages)).problems
 
 
 def test_a_refused_command_needs_no_outcome(write_run, run_of) -> None:
@@ -47,7 +48,7 @@ def test_a_refused_command_needs_no_outcome(write_run, run_of) -> None:
         (topics.COMMAND, gi.MotionCommand(id=99)),
         run_of()[-1],
     ]
-    assert problems_of(write_run(messages=messages)) == []
+    assert check_log(write_run(messages=messages)).problems == []
 
 
 def test_drops_are_named(tmp_path, run_of) -> None:
@@ -55,7 +56,7 @@ def test_drops_are_named(tmp_path, run_of) -> None:
         for topic, message in run_of():
             recorder.put(topic, message.SerializeToString(), 0)
         recorder.put(topics.VIEW, bytes(200_000), 0)
-    assert "gi/runtime/view: 1 messages were dropped while recording" in problems_of(recorder.path)
+    assert "gi/runtime/view: 1 messages were dropped while recording" in check_log(recorder.path).problems
 
 
 def test_a_lost_chunk_leaves_a_gap(write_run) -> None:
@@ -64,11 +65,21 @@ def test_a_lost_chunk_leaves_a_gap(write_run) -> None:
     second_image = data.find(b"\x89PNG", data.find(b"\x89PNG") + 9000)
     data[second_image + 50] ^= 255
     path.write_bytes(data)
-    problems = problems_of(path)
+    problems = check_log(path).problems
     assert any("damaged" in problem for problem in problems)
     assert any("messages are missing" in problem for problem in problems)
 
 
 def test_a_log_being_written_is_not_complete(tmp_path) -> None:
     with Recorder(tmp_path / "run.mcap"):
-        assert "run.mcap: still being written" in problems_of(tmp_path / "run.mcap")
+        assert "run.mcap: still being written" in check_log(tmp_path / "run.mcap").problems
+
+
+def test_a_recovered_log_is_sound_and_says_what_it_lacks(write_run) -> None:
+    path = write_run(settings=RecordingSettings(flush_seconds=0.0))
+    path.write_bytes(path.read_bytes()[:60_000])
+    recover(path, path.with_name("recovered.mcap"))
+    checkup = check_log(path.with_name("recovered.mcap"))
+    assert checkup.problems == []
+    assert "from: run.mcap" in checkup.losses
+    assert "0 messages say how the run ended, expected 1" in checkup.losses

@@ -1,3 +1,5 @@
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -144,3 +146,52 @@ def test_a_topic_we_do_not_know_is_decoded_by_its_schema(tmp_path: Path, chunked
     [message] = reader.messages()
     assert message.message.x == 1.5  # pyright: ignore[reportAttributeAccessIssue]
     assert reader.complete, reader.damage
+
+
+def test_a_foreign_topic_that_cannot_be_decoded_is_no_damage(tmp_path: Path) -> None:
+    reader = LogReader(foreign_log(tmp_path / "x.mcap", "other/topic", gi.FailedPush, b"\xff\xff"))
+    assert list(reader.messages()) == []
+    assert reader.complete, reader.damage
+    [(_, channel, raw, message)] = reader.sound_messages()
+    assert (channel.topic, raw.data, message) == ("other/topic", b"\xff\xff", None)
+
+
+def test_descriptions_are_found_in_an_index_that_has_moved(write_run) -> None:
+    path = write_run(settings=PER_MESSAGE)
+    data = path.read_bytes()
+    first = data.find(b"zstd")
+    path.write_bytes(data[: first + 40] + data[first + 49 :])  # what describes the channels, and the place of all else
+    reader = LogReader(path)
+    assert len(list(reader.messages())) >= 20
+    assert "the index at the end is damaged or missing" in reader.damage
+
+
+BOMBED = """
+import resource, sys
+import subprocess
+import sys
+from pathlib import Path
+from grasping_invisible.data.log_reader import LogReader
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+reader = LogReader(Path(sys.argv[1]))
+print(len(list(reader.messages())), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+"""
+
+
+@pytest.mark.parametrize("compression", [CompressionType.LZ4, CompressionType.ZSTD])
+def test_a_chunk_made_to_fill_the_memory_is_passed_over(write_run, compression: CompressionType) -> None:
+    path = write_run(settings=PER_MESSAGE)
+    data, bomb = path.read_bytes(), path.with_name("bomb.mcap")
+    with bomb.open("wb") as file:
+        writer = Writer(file, compression=compression, chunk_size=1 << 29)
+        writer.start()
+        writer.add_message(writer.register_channel("x", "", 0), 0, bytes(1 << 28), 0)
+        writer.finish()
+    start = data.find(b"zstd") - 41
+    path.write_bytes(data[:start] + bomb.read_bytes()[8:] + data[start:])
+    said = subprocess.run(
+        [sys.executable, "-c", BOMBED, str(path)], capture_output=True, text=True, timeout=60, check=True
+    ).stdout
+    messages, kilobytes = map(int, said.split())
+    assert messages == 35
+    assert kilobytes < 150_000

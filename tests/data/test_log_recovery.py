@@ -3,9 +3,11 @@ from pathlib import Path
 import pytest
 
 from grasping_invisible.data.errors import BadLog, BadRequest
+from grasping_invisible.data.log_check import check_log
 from grasping_invisible.data.log_reader import LogReader, read_messages
 from grasping_invisible.data.log_recovery import recover
 from grasping_invisible.data.recorder import RecordingSettings
+from grasping_invisible.data.topics import DECISION
 
 
 @pytest.fixture
@@ -55,3 +57,13 @@ def test_a_log_without_messages_leaves_no_file(tmp_path: Path) -> None:
     with pytest.raises(BadLog, match="no message"):
         recover(empty, tmp_path / "out.mcap")
     assert list(tmp_path.iterdir()) == [empty]
+
+
+def test_what_cannot_be_decoded_is_left_out_and_named(write_run, run_of, tmp_path: Path) -> None:
+    messages = run_of()
+    messages[5] = (DECISION, messages[1][1])  # an image where a decision should be
+    path = write_run(messages=messages)
+    recovery = recover(path, tmp_path / "good.mcap")
+    assert recovery.messages == 34
+    assert recovery.lost == ["1 messages: gi/runtime/decision cannot be decoded"]
+    assert check_log(tmp_path / "good.mcap").problems == []
