@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasping_invisible.sim_robot.kinematics import HOME_JOINTS, Kinematics, tool_down
-from grasping_invisible.sim_robot.panda import Panda
+from grasping_invisible.sim_robot.panda import OPEN_WIDTH, Panda
 from grasping_invisible.sim_robot.path import JointPath, Tool, Unreachable, line, stand_at, swing
 
 TRAVEL_HEIGHT = 0.25  # metres; above everything that lies in the workspace, with something in the gripper
@@ -57,8 +57,7 @@ class Primitives:
             return over, down, along
 
         closing_yaw, (over, down, along) = self._either_way(yaw + np.pi / 2, plan)
-        self._panda.close_gripper()
-        self._panda.follow(over)
+        self._approach(over, down, 0.0)
         descent = self._panda.follow(down, guarded=True)
         travelled = self._panda.follow(along, guarded=True) if descent == 1.0 else 0.0
         self._retreat(closing_yaw)
@@ -76,8 +75,7 @@ class Primitives:
         """
 
         closing_yaw, (over, down) = self._either_way(yaw, lambda closing: self._descend_to(Tool(position, closing)))
-        self._panda.open_gripper()
-        self._panda.follow(over)
+        self._approach(over, down, OPEN_WIDTH)
         descent = self._panda.follow(down, guarded=True)
         if descent < 1.0:
             self._back_off(closing_yaw)
@@ -120,6 +118,11 @@ class Primitives:
         )
         return swing(self._kinematics, HOME_JOINTS, up.end, TRAVEL_SPEED), up.backwards()
 
+    def _approach(self, over: JointPath, down: JointPath, width: float) -> None:
+        """Set the fingers to a width in metres and go where the descent `down` begins."""
+        self._panda.open_gripper(width) if width > 0.0 else self._panda.close_gripper()
+        self._panda.follow(over)
+
     def _check_way_home(self, tool: Tool, joints: NDArray[np.float64]) -> None:
         """Raise `Unreachable` now if the way up from a pose could not be taken later."""
         line(self._kinematics, tool, tool.at_height(TRAVEL_HEIGHT), joints, LIFT_SPEED)
@@ -137,9 +140,13 @@ class Primitives:
 
     def _retreat(self, closing_yaw: float) -> None:
         """Straight up from wherever the TCP is, then home."""
+        self._rise(closing_yaw, TRAVEL_HEIGHT)
+        self._panda.follow(swing(self._kinematics, self._panda.goal, HOME_JOINTS, TRAVEL_SPEED))
+
+    def _rise(self, closing_yaw: float, height: float) -> None:
+        """Straight up to a height in metres, unless it is above that."""
         here = self._here(closing_yaw)
-        above = here.at_height(max(TRAVEL_HEIGHT, here.position[2]))
+        above = here.at_height(max(height, here.position[2]))
         # Pushed off its path, it may stand where straight up leads out of reach; the joints' own way home leads up too.
         with suppress(Unreachable):
             self._panda.follow(line(self._kinematics, here, above, self._panda.joints, LIFT_SPEED))
-        self._panda.follow(swing(self._kinematics, self._panda.goal, HOME_JOINTS, TRAVEL_SPEED))

@@ -56,12 +56,7 @@ class Panda:
                 physicsClientId=client,
             )
         self._goal = HOME_JOINTS.copy()
-        for joint, angle in zip(ARM_JOINTS, HOME_JOINTS, strict=True):
-            pybullet.resetJointState(self.body, joint, float(angle), physicsClientId=client)
-        for joint in FINGER_JOINTS:
-            pybullet.resetJointState(self.body, joint, OPEN_WIDTH / 2, physicsClientId=client)
-        self._hold(HOME_JOINTS)
-        self._command_fingers(OPEN_WIDTH)
+        self.stand(HOME_JOINTS, OPEN_WIDTH)
 
     @property
     def joints(self) -> NDArray[np.float64]:
@@ -97,6 +92,15 @@ class Panda:
     def holding(self) -> bool:
         """Whether closed fingers stand apart with something pressing on both."""
         return self.gripper_width > HOLDING_WIDTH and all(self._normal_force(link) > 0.5 for link in FINGER_LINKS)
+
+    def stand(self, joints: NDArray[np.float64], width: float) -> None:
+        """Be at arm joint angles (7,), radians, with the fingers at a width in metres, without moving there."""
+        for joint, angle in zip(ARM_JOINTS, joints, strict=True):
+            pybullet.resetJointState(self.body, joint, float(angle), physicsClientId=self._client)
+        for joint in FINGER_JOINTS:
+            pybullet.resetJointState(self.body, joint, width / 2, physicsClientId=self._client)
+        self._hold(joints)
+        self._command_fingers(width)
 
     def follow(self, path: JointPath, guarded: bool = False) -> float:
         """Move along a path; returns the fraction of its length travelled.

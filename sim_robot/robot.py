@@ -67,7 +67,7 @@ class SimRobot:
         add_bin(self.world.client)
         self.world.settle(SETTLE_SECONDS)
         self._kinematics = Kinematics()
-        self._primitives = Primitives(self.panda, self._kinematics)
+        self._primitives = self._make_primitives(self._kinematics)
         self._sensor = DepthSensor(seed)
         self._last: tuple[int, Render] | None = None
         self._gripper_width, self._holding = self.panda.gripper_width, False
@@ -113,7 +113,7 @@ class SimRobot:
         status, detail, fraction = gi.COMPLETED, "", 1.0
         try:
             report = self._carry_out(command)
-            self.world.settle(SETTLE_SECONDS)
+            self._let_settle(command)
             status = gi.BLOCKED if report.blocked else gi.COMPLETED
             detail, fraction = report.detail, report.fraction
             self.state = gi.IDLE
@@ -215,6 +215,12 @@ class SimRobot:
         """Free the world and the arm's kinematics."""
         self._kinematics.close()
         self.world.close()
+
+    def _let_settle(self, command: gi.MotionCommand) -> None:
+        self.world.settle(SETTLE_SECONDS)
+
+    def _make_primitives(self, kinematics: Kinematics) -> Primitives:
+        return Primitives(self.panda, kinematics)
 
     def _carry_out(self, command: gi.MotionCommand) -> Report:
         position = (command.position.x, command.position.y, command.position.z)

@@ -119,6 +119,28 @@ class World:
         p.removeBody(self._objects.pop(name).id, physicsClientId=self.client)
         self.wake()
 
+    def save(self) -> int:
+        """Keep the state of a world that has come to rest; a number to `restore` it by, until it is `forget`-ed."""
+        return p.saveState(physicsClientId=self.client)
+
+    def restore(self, state: int) -> None:
+        """Everything is where it was when `state` was saved, at rest. Nothing may have been removed since."""
+        p.restoreState(state, physicsClientId=self.client)
+        # Bullet looks for contacts where a sleeping object last was awake: it has to be seen awake where it is now.
+        self.wake()
+        p.performCollisionDetection(physicsClientId=self.client)
+        for body in self._objects.values():
+            body.sleep()
+
+    def forget(self, state: int) -> None:
+        """Free the memory of a saved state."""
+        p.removeState(state, physicsClientId=self.client)
+
+    def highest_top(self) -> float:
+        """Metres above the table that the highest object reaches."""
+        boxes = (p.getAABB(body.id, physicsClientId=self.client) for body in self._objects.values())
+        return max((float(box[1][2]) for box in boxes), default=0.0)
+
     def wake(self) -> None:
         """Let gravity and contact act on objects that lie still again.
 

@@ -25,6 +25,7 @@ from grasping_invisible.sim_robot.generate import Style, generate_scene
 from grasping_invisible.sim_robot.robot import SimRobot
 from grasping_invisible.sim_robot.scene import Scene
 from grasping_invisible.training.behaviour import Behaviour
+from grasping_invisible.training.branches import BranchCounts, branch, draw_branched_scene
 from grasping_invisible.training.experience_log import ExperienceLog, SpokenRobot
 from grasping_invisible.training.worker import loaded_bundle, prepare_worker
 
@@ -42,6 +43,7 @@ class Collection:
 
     `models`: folder of a bundle for the greedy part; None acts at random. `epsilon`: share of random actions.
     `on_policy`: the bundle's classifier chooses between push and grasp. `motions`: spent on one target at most.
+    `branch`: try many motions from each state instead (`training.branches`); of the rest only `models` counts then.
     """
 
     out: Path
@@ -52,6 +54,7 @@ class Collection:
     epsilon: float = 1.0
     on_policy: bool = False
     motions: int = 8
+    branch: bool = False
 
     @property
     def numbers(self) -> range:
@@ -71,7 +74,7 @@ class Collection:
 
 @dataclass(frozen=True)
 class SceneCounts:
-    """What happened in one scene. `failure`: why it was given up, if it was."""
+    """What happened in one scene. `targets`: gone after. `failure`: why it was given up, if it was."""
 
     motions: int
     grasps: int
@@ -97,7 +100,7 @@ def collect_scene(collection: Collection, number: int) -> SceneCounts:
     unfinished.unlink(missing_ok=True)
     log = ExperienceLog(unfinished)
     try:
-        counts = _act(collection, number, log)
+        counts = (_branch if collection.branch else _act)(collection, number, log)
     finally:
         log.close()
     os.replace(unfinished, path)
@@ -131,7 +134,7 @@ def _act(collection: Collection, number: int, log: ExperienceLog) -> SceneCounts
             tried.add(target)
             runs.append(RunProgress())
             facts = RunFacts(
-                run_id=f"scene-{number}-{target}",
+                run_id=f"scene-{number}/{target}",
                 project_version=version("grasping-invisible"),
                 bundle_sha256="" if models is None else models.sha256,
                 onnxruntime_version="" if models is None else models.onnxruntime_version,
@@ -156,6 +159,17 @@ def _act(collection: Collection, number: int, log: ExperienceLog) -> SceneCounts
     finally:
         robot.close()
     return _counts(runs)
+
+
+def _branch(collection: Collection, number: int, log: ExperienceLog) -> SceneCounts:
+    models = None if collection.models is None else loaded_bundle(collection.models)
+    counts = BranchCounts()
+    try:
+        for counts in branch(draw_branched_scene(number), number, models, "" if models is None else models.sha256, log):
+            pass
+    except RobotError as error:
+        return SceneCounts(counts.grasps + counts.pushes, counts.grasped, counts.grasps, str(error))
+    return SceneCounts(counts.grasps + counts.pushes, counts.grasped, counts.grasps)
 
 
 def _visible_candidate(robot: SimRobot, tried: set[str], rng: np.random.Generator) -> str | None:

@@ -44,6 +44,8 @@ def _collection(options: argparse.Namespace) -> Collection:
         raise BadInput("--scenes, --motions and --workers must be at least 1")
     if not 0.0 <= options.epsilon <= 1.0:
         raise BadInput(f"--epsilon must lie within 0 and 1, not {options.epsilon}")
+    if options.branch and (options.epsilon < 1.0 or options.on_policy):
+        raise BadInput("--branch chooses its motions by itself: leave out --epsilon and --on-policy")
     if options.models is None and (options.epsilon < 1.0 or options.on_policy):
         raise BadInput("acting other than at random needs --models")
     return Collection(
@@ -55,6 +57,7 @@ def _collection(options: argparse.Namespace) -> Collection:
         epsilon=options.epsilon,
         on_policy=options.on_policy,
         motions=options.motions,
+        branch=options.branch,
     )
 
 
@@ -69,6 +72,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--models", type=Path, metavar="DIR", help="bundle to act by; at random without")
     parser.add_argument("--epsilon", type=float, default=1.0, help="share of random actions")
     parser.add_argument("--on-policy", action="store_true", help="let the bundle's classifier choose push or grasp")
+    parser.add_argument(
+        "--branch", action="store_true", help="put the world back after each motion, and try others from the same state"
+    )
     parser.add_argument("--motions", type=int, default=8, help="spent on one target at most")
     parser.add_argument("--workers", type=int, default=1, help="processes")
     return parser

@@ -1,0 +1,61 @@
+from pathlib import Path
+
+import pytest
+
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.data.steps import LoggedStep, steps
+from grasping_invisible.training import branches
+from grasping_invisible.training.branches import draw_branched_scene
+from grasping_invisible.training.collect import Collection, SceneCounts, collect_scene
+from grasping_invisible.training.collect_cli import main
+
+
+@pytest.fixture(scope="module")
+def branched(tmp_path_factory: pytest.TempPathFactory) -> tuple[SceneCounts, list[LoggedStep]]:
+    folder: Path = tmp_path_factory.mktemp("branched")
+    with pytest.MonkeyPatch.context() as patch:
+        for name, few in (("STATES", 2), ("GRASPS", 4), ("PUSHES", 2), ("GRASPS_AFTER", 1), ("TARGETS_TRIED", 1)):
+            patch.setattr(branches, name, few)
+        collection = Collection(folder, scenes=1, seed=11, branch=True)
+        counts = collect_scene(collection, collection.numbers[0])
+    return counts, list(steps(collection.log_path(collection.numbers[0])))
+
+
+def test_every_motion_tried_is_a_run_of_one_step(branched: tuple[SceneCounts, list[LoggedStep]]):
+    counts, logged = branched
+    assert counts.failure is None
+    assert len(logged) == counts.motions >= 10
+    assert all(step.start and step.heightmaps and step.outcome and step.result for step in logged)
+    ids = [step.start.run_id for step in logged if step.start]
+    assert len(set(ids)) == len(ids)
+    assert {run_id.split("/")[0] for run_id in ids} == {"branch-11000000"}
+
+
+def test_motions_from_one_state_start_from_one_frame_and_differ(branched: tuple[SceneCounts, list[LoggedStep]]):
+    _, logged = branched
+    first = [step for step in logged if step.decision.frame_stamp == logged[0].decision.frame_stamp]
+    assert len(first) == 6  # four grasps, two pushes
+    chosen = {(s.decision.kind, s.decision.rotation, s.decision.row, s.decision.column) for s in first}
+    assert len(chosen) == 6
+
+
+def test_a_push_shows_what_it_led_to_and_a_grasp_what_it_held(branched: tuple[SceneCounts, list[LoggedStep]]):
+    counts, logged = branched
+    reached = (gi.COMPLETED, gi.BLOCKED)
+    for step in logged:
+        assert step.outcome is not None
+        assert step.result is not None
+        shows_after = step.decision.kind == gi.PUSH and step.outcome.status in reached
+        assert (step.next_heightmaps is not None) == shows_after
+        assert step.decision.kind == gi.GRASP or not step.result.object_grasped
+    assert counts.grasps == sum(step.result.target_grasped for step in logged if step.result)
+
+
+def test_scenes_depend_on_their_number_alone():
+    assert draw_branched_scene(4) == draw_branched_scene(4)
+    assert draw_branched_scene(4) != draw_branched_scene(5)
+
+
+def test_branching_chooses_its_motions_by_itself(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    assert main(["--out", str(tmp_path), "--branch", "--epsilon", "0.5"]) == 2
+    assert "--epsilon" in capsys.readouterr().err

@@ -1,0 +1,255 @@
+"""Branching: from each state of a scene many motions are tried, and after each the world is put back.
+
+A state is dear (a pile to settle, an image to render) and a motion from it is cheap, so trying dozens of grasps and
+pushes from one costs little more than a few, and tells the critic which of them tell apart. Half of the motions are
+drawn at random, half are what the models think best, which is where they must be right. Greedy grasps follow each push:
+what a push is worth is how well the target can be grasped after it.
+"""
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from importlib.metadata import version
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grasping_invisible.data.action_grid import ACTION_CELLS, ROTATIONS
+from grasping_invisible.data.classes import CLASSES
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.runtime.config import Config, to_toml
+from grasping_invisible.runtime.critic import QMaps
+from grasping_invisible.runtime.decision import DecisionSettings, deliberate
+from grasping_invisible.runtime.frame import RgbdFrame
+from grasping_invisible.runtime.heightmap import Heightmaps
+from grasping_invisible.runtime.judge import Judgement, judge
+from grasping_invisible.runtime.loop import RunProgress
+from grasping_invisible.runtime.memory import FruitlessAction, Memory
+from grasping_invisible.runtime.motion import pushes_towards
+from grasping_invisible.runtime.perception import MIN_TARGET_PIXELS, Perception, perceive
+from grasping_invisible.runtime.run_log import RunFacts, RunLog
+from grasping_invisible.runtime.situation import Models
+from grasping_invisible.sim_robot.branching import BranchingRobot
+from grasping_invisible.sim_robot.generate import Style, generate_scene
+from grasping_invisible.sim_robot.scene import Scene
+from grasping_invisible.training.behaviour import NOISE
+from grasping_invisible.training.experience_log import ExperienceLog, SpokenRobot
+
+STYLES: dict[Style, float] = {"packed": 0.45, "stacked": 0.2, "scattered": 0.15, "covered": 0.2}
+GREY = (2, 8)  # blocks in a scene, at least and at most
+GREY_COVERED = (5, 11)
+TARGETS = (3, 6)  # candidates; of a covered scene one
+STATES = 4  # of a scene that are branched from, each after a push from the one before
+GRASPS, PUSHES = 8, 4  # from a state, half of them at random
+GRASPS_AFTER = 2  # after a push, the best ones
+TARGETS_TRIED = 2  # in a state: grasps for each, pushes for the first
+
+
+@dataclass(frozen=True)
+class BranchCounts:
+    """How many motions were tried in a scene, and how many grasps brought up what they were for."""
+
+    grasps: int = 0
+    pushes: int = 0
+    grasped: int = 0
+
+
+def draw_branched_scene(number: int) -> Scene:
+    """The scene of a number."""
+    rng = np.random.default_rng((3, number))
+    style = list(STYLES)[rng.choice(len(STYLES), p=list(STYLES.values()))]
+    least, most = GREY_COVERED if style == "covered" else GREY
+    targets = 1 if style == "covered" else int(rng.integers(TARGETS[0], TARGETS[1] + 1))
+    return generate_scene(number, style=style, targets=targets, basics=int(rng.integers(least, most + 1)))
+
+
+def branch(
+    scene: Scene, number: int, models: Models | None, bundle_sha256: str, log: ExperienceLog
+) -> Iterator[BranchCounts]:
+    """Try motions from some states of a scene; each is logged as a run of one step, run id `branch-NUMBER/COUNT`.
+
+    Yields what was done so far after each state. Without `models` all motions are drawn at random. Raises `RobotError`
+    when the simulation breaks down.
+    """
+    robot = BranchingRobot(scene, number)
+    try:
+        session = _Session(robot, models, bundle_sha256, log, number)
+        rng = np.random.default_rng((3, number, 1))
+        for _ in range(STATES):
+            reached = session.branch_from_here(rng)
+            yield session.counts
+            if not reached:
+                break
+            robot.restore(reached[rng.integers(len(reached))])
+            for state in reached:
+                robot.forget(state)
+    finally:
+        robot.close()
+
+
+@dataclass
+class _Chooser:
+    """Stands in for the models of a decision: labels are the simulator's, and the kind of motion is given.
+
+    Q maps are the critic's with a little noise, or nothing but noise, whose greatest allowed value is a random motion.
+    """
+
+    robot: BranchingRobot
+    models: Models | None
+    rng: np.random.Generator
+    kind: gi.MotionKind = gi.GRASP
+    greedy: bool = False
+    _known: dict[tuple[int, bytes], QMaps] = field(default_factory=dict)
+
+    def segment(self, color: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        return self.robot.truth_labels()
+
+    def q_maps(self, maps: Heightmaps, mask: NDArray[np.bool_]) -> QMaps:
+        push_noise, grasp_noise = self.rng.random((2, ROTATIONS, ACTION_CELLS, ACTION_CELLS), dtype=np.float32)
+        if self.models is None or not self.greedy:
+            # Sums, not products: every push towards the target comes before every other one.
+            return QMaps(push=(push_noise + pushes_towards(mask, maps.workspace)) / 2, grasp=grasp_noise)
+        key = maps.stamp_ns, mask.tobytes()
+        if key not in self._known:
+            self._known = {key: self.models.q_maps(maps, mask)}
+        learned = self._known[key]
+        return QMaps(push=learned.push + NOISE * push_noise, grasp=learned.grasp + NOISE * grasp_noise)
+
+    def grasp_probability(self, features: NDArray[np.float32]) -> float:
+        return float(self.kind == gi.GRASP)
+
+
+class _Session:
+    """Tries motions with one robot and logs them."""
+
+    def __init__(
+        self, robot: BranchingRobot, models: Models | None, bundle_sha256: str, log: ExperienceLog, number: int
+    ) -> None:
+        self._robot = robot
+        self._spoken = SpokenRobot(robot, log.bus)
+        self._models = models
+        self._bundle_sha256 = bundle_sha256
+        self._log = log
+        self._number = number
+        self._chooser = _Chooser(robot, models, np.random.default_rng((3, number, 2)))
+        self._runs = 0
+        self.counts = BranchCounts()
+
+    def branch_from_here(self, rng: np.random.Generator) -> list[int]:
+        """Try grasps and pushes from the state that the world is in; the states that pushes led to."""
+        here = self._robot.save()
+        frame = self._spoken.observe()
+        targets = self._targets(rng)
+        reached = []
+        for target in targets:
+            perception = perceive(frame, self._chooser, target, self._robot.workspace)
+            if perception.target_seen:
+                self._try_grasps(perception, frame, target, here, random=GRASPS // 2, greedy=GRASPS // 2)
+            if target == targets[0]:
+                reached = self._try_pushes(perception, frame, target, here)
+        self._robot.forget(here)
+        return reached
+
+    def _targets(self, rng: np.random.Generator) -> list[str]:
+        """Visible candidates in the workspace; the scene's target first, which is looked for where it is hidden."""
+        scene = self._robot.scene
+        pixels = np.bincount(self._robot.truth_labels().ravel(), minlength=len(CLASSES))
+        inside = {
+            item.color
+            for item in self._robot.world.object_states()
+            if self._robot.workspace.contains(*item.position[:2]) and item.color in CLASSES[1:]
+        }
+        visible = sorted(color for color in inside if pixels[CLASSES.index(color)] >= MIN_TARGET_PIXELS)
+        first = [scene.target] if scene.target in inside and (scene.target in visible or scene.task != "free") else []
+        others = [color for color in rng.permutation(visible).tolist() if color not in first]
+        return (first + others)[:TARGETS_TRIED]
+
+    def _try_grasps(
+        self, perception: Perception, frame: RgbdFrame, target: str, state: int, random: int, greedy: int
+    ) -> None:
+        tried: list[FruitlessAction] = []
+        for index in range(random + greedy):
+            self._chooser.kind, self._chooser.greedy = gi.GRASP, index >= random
+            self._attempt(perception, frame, target, tried)
+            self._robot.restore(state)
+
+    def _try_pushes(self, perception: Perception, frame: RgbdFrame, target: str, state: int) -> list[int]:
+        led_to: list[int] = []
+        tried: list[FruitlessAction] = []
+        for index in range(PUSHES):
+            self._chooser.kind, self._chooser.greedy = gi.PUSH, index >= PUSHES // 2
+            after = self._attempt(perception, frame, target, tried)
+            if after is not None:
+                reached = self._robot.save()
+                if after[0].target_seen:
+                    self._try_grasps(*after, target, reached, random=0, greedy=GRASPS_AFTER)
+                led_to.append(reached)
+            self._robot.restore(state)
+        return led_to
+
+    def _attempt(
+        self, before: Perception, frame: RgbdFrame, target: str, tried: list[FruitlessAction]
+    ) -> tuple[Perception, RgbdFrame] | None:
+        """Decide and act once; what was seen after a push, None after a grasp or where nothing was reached."""
+        # What was tried from this state counts as fruitless, so that greedy motions are not all one.
+        memory = Memory(fruitless=tuple(tried) if self._chooser.greedy else ())
+        facts, watcher = self._started(target)
+        watcher.perceived(frame, before, 0)
+        deliberation = deliberate(
+            before, memory, self._chooser, DecisionSettings(target, self._robot.workspace), facts.seed + self._runs
+        )
+        decision = deliberation.decision
+        watcher.decided(frame, deliberation)
+        outcome = self._spoken.execute(decision.command(1, time.time_ns()))
+        tried.append(FruitlessAction(decision.kind, *decision.position[:2], decision.yaw))
+        after = None
+        if decision.kind == gi.PUSH and outcome.status != gi.UNREACHABLE:
+            after_frame = self._spoken.observe()
+            after = perceive(after_frame, self._chooser, target, self._robot.workspace), after_frame
+            watcher.perceived(after_frame, after[0], 1)
+            judgement = judge(before, decision, outcome, after[0])
+        else:
+            judgement = self._felt(target, before, outcome)
+        watcher.judged(deliberation, outcome, judgement)
+        watcher.ended(facts.run_id, RunProgress(before.target_seen, judgement.target_grasped, 1), "one motion tried", 0)
+        self._count(decision.kind, judgement.target_grasped)
+        return after
+
+    def _felt(self, target: str, before: Perception, outcome: gi.MotionOutcome) -> Judgement:
+        """What came of a grasp, by what the simulator knows to be held: no image is made for it."""
+        held = next(
+            (item.color for item in self._robot.world.object_states() if item.name == self._robot.truth().held_object),
+            None,
+        )
+        return Judgement(
+            scene_changed=outcome.holding,
+            target_visible=before.target_seen,
+            object_grasped=outcome.holding,
+            target_grasped=outcome.holding and held == target,
+            border_decrease=0.0,
+            detail=f"{outcome.detail}; put back",
+        )
+
+    def _started(self, target: str) -> tuple[RunFacts, RunLog]:
+        self._runs += 1
+        facts = RunFacts(
+            run_id=f"branch-{self._number}/{self._runs}",
+            project_version=version("grasping-invisible"),
+            bundle_sha256=self._bundle_sha256,
+            onnxruntime_version="",
+            target=target,
+            scene=self._robot.scene.name,
+            seed=self._number,
+            max_motions=1,
+            config_toml=to_toml(Config()),
+            robot="simulated in this process, branching",
+        )
+        watcher = RunLog(self._log.bus, target, pictures=False)
+        watcher.started(facts)
+        return facts, watcher
+
+    def _count(self, kind: gi.MotionKind, grasped: bool) -> None:
+        grasp = kind == gi.GRASP
+        self.counts = BranchCounts(
+            self.counts.grasps + grasp, self.counts.pushes + (not grasp), self.counts.grasped + grasped
+        )
