@@ -7,11 +7,11 @@ Exit codes: 0 fine, 1 a check found something, a replay differs or a log was lef
 """
 
 import argparse
-import os
 import sys
 from collections.abc import Sequence
 
-from grasping_invisible.data.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, BadRequest, DataError
+from grasping_invisible.data.command import run_command
+from grasping_invisible.data.errors import BadRequest
 from grasping_invisible.data.extensions import LOG_COMMANDS, Extension, extensions
 from grasping_invisible.data.log_commands import check, correct, frames, info, ls, recover, relabel, report, show
 
@@ -20,26 +20,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one subcommand and return its exit code."""
     asked = list(sys.argv[1:] if arguments is None else arguments)
     parsed = _parser(asked).parse_args(asked)
-    try:
-        code = parsed.run(parsed)
-        sys.stdout.flush()
-    except DataError as error:
-        return _refuse(str(error))
-    except BrokenPipeError:
-        # The reader of our output left. Point stdout elsewhere, or Python's own flush at exit fails too.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
-    except OSError as error:
-        return _refuse(f"{error.filename or 'files'}: {error.strerror}")
-    except KeyboardInterrupt:
-        return EXIT_INTERRUPTED
-    return code
+    return run_command("gi-log", lambda: parsed.run(parsed))
 
 
 def _parser(asked: list[str]) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="gi-log",
-        description="Look at logs, check them and recover what a crash left.",
+        description="Look at logs, check them, recover what a crash left, and say what they teach.",
         epilog="exit codes: 0 fine, 1 a check found something, a replay differs or a log was left out, "
         "2 bad usage or input, 130 interrupted",
     )
@@ -64,11 +51,6 @@ def _register(extension: Extension, commands: "argparse._SubParsersAction[argpar
     parser = commands.add_parser(extension.name, help="cannot be used here", add_help=False)
     parser.add_argument("rest", nargs="*", help=argparse.SUPPRESS)
     parser.set_defaults(run=refuse)
-
-
-def _refuse(reason: str) -> int:
-    print(f"gi-log: {reason}", file=sys.stderr)
-    return EXIT_BAD_INPUT
 
 
 if __name__ == "__main__":

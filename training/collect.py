@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from grasping_invisible.data.classes import CLASSES
+from grasping_invisible.data.worker import prepare_worker
 from grasping_invisible.runtime.config import Config, to_toml
 from grasping_invisible.runtime.decision import DecisionSettings
 from grasping_invisible.runtime.errors import RobotError
@@ -27,7 +28,7 @@ from grasping_invisible.sim_robot.scene import Scene
 from grasping_invisible.training.behaviour import Behaviour
 from grasping_invisible.training.branches import BranchCounts, branch, draw_branched_scene
 from grasping_invisible.training.experience_log import ExperienceLog, SpokenRobot
-from grasping_invisible.training.worker import loaded_bundle, prepare_worker
+from grasping_invisible.training.worker import loaded_bundle
 
 # Style and share of the scenes of each stage, and how many grey blocks they hold (paper: 3, then 8).
 STAGES: dict[int, tuple[dict[Style, float], tuple[int, int]]] = {

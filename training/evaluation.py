@@ -8,13 +8,14 @@ from pathlib import Path
 
 import msgspec
 
+from grasping_invisible.data.worker import prepare_worker
 from grasping_invisible.runtime.decision import DecisionSettings
 from grasping_invisible.runtime.errors import BadInput, RobotError
 from grasping_invisible.runtime.loop import Goal, RunPlan, RunProgress, run_loop
 from grasping_invisible.runtime.perception import MIN_TARGET_PIXELS
 from grasping_invisible.sim_robot.robot import SimRobot
 from grasping_invisible.sim_robot.scene import load_scene, scene_names
-from grasping_invisible.training.worker import loaded_bundle, prepare_worker
+from grasping_invisible.training.worker import loaded_bundle
 
 SUITES = ("exploration", "coordination", "invisible")
 SEEDS_APART = 1000  # between the first seeds of two evaluations: no run is in both

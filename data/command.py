@@ -1,0 +1,35 @@
+"""How a command of this package ends: one clear line and an exit code, whatever goes wrong."""
+
+import os
+import sys
+from collections.abc import Callable
+
+from grasping_invisible.data.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, DataError
+
+
+def run_command(program: str, body: Callable[[], int], interrupted: str = "") -> int:
+    """The exit code of `body`, 2 for what cannot be used, 130 after Ctrl-C.
+
+    `interrupted`: what a person should know after Ctrl-C.
+    """
+
+    def refuse(reason: str) -> int:
+        print(f"{program}: {reason}", file=sys.stderr)
+        return EXIT_BAD_INPUT
+
+    try:
+        code = body()
+        sys.stdout.flush()
+    except DataError as error:
+        return refuse(str(error))
+    except BrokenPipeError:
+        # The reader of our output left. Point stdout elsewhere, or Python's own flush at exit fails too.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except OSError as error:
+        return refuse(f"{error.filename or 'files'}: {error.strerror}")
+    except KeyboardInterrupt:
+        if interrupted:
+            print(f"{program}: {interrupted}", file=sys.stderr)
+        return EXIT_INTERRUPTED
+    return code
