@@ -1,7 +1,7 @@
 """A simulated robot that tries many motions from one state of the world: a cheap way to a lot of experience.
 
-Contact is simulated as ever, between where the gripper meets the clutter and where it leaves it. The arm's way from home
-and back, most of a motion's time, is left out.
+Contact is simulated as ever, between where the gripper meets the clutter and where it leaves it. The arm's way from
+home and back, most of a motion's time, is left out.
 """
 
 import numpy as np

@@ -7,7 +7,6 @@ what a push is worth is how well the target can be grasped after it.
 """
 
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from importlib.metadata import version
 
@@ -45,7 +44,7 @@ GRASPS_AFTER = 2  # after a push, the best ones
 TARGETS_TRIED = 2  # in a state: grasps for each, pushes for the first
 
 
-@dataclass(frozen=True)
+@dataclass
 class BranchCounts:
     """How many motions were tried in a scene, and how many grasps brought up what they were for."""
 
@@ -64,20 +63,19 @@ def draw_branched_scene(number: int) -> Scene:
 
 
 def branch(
-    scene: Scene, number: int, models: Models | None, bundle_sha256: str, log: ExperienceLog
-) -> Iterator[BranchCounts]:
+    scene: Scene, number: int, models: Models | None, bundle_sha256: str, log: ExperienceLog, counts: BranchCounts
+) -> None:
     """Try motions from some states of a scene; each is logged as a run of one step, run id `branch-NUMBER/COUNT`.
 
-    Yields what was done so far after each state. Without `models` all motions are drawn at random. Raises `RobotError`
-    when the simulation breaks down.
+    Without `models` all motions are drawn at random. `counts` is kept up to date throughout. Raises `RobotError` when
+    the simulation breaks down.
     """
     robot = BranchingRobot(scene, number)
     try:
-        session = _Session(robot, models, bundle_sha256, log, number)
+        session = _Session(robot, models, bundle_sha256, log, counts, number)
         rng = np.random.default_rng((3, number, 1))
         for _ in range(STATES):
             reached = session.branch_from_here(rng)
-            yield session.counts
             if not reached:
                 break
             robot.restore(reached[rng.integers(len(reached))])
@@ -123,7 +121,13 @@ class _Session:
     """Tries motions with one robot and logs them."""
 
     def __init__(
-        self, robot: BranchingRobot, models: Models | None, bundle_sha256: str, log: ExperienceLog, number: int
+        self,
+        robot: BranchingRobot,
+        models: Models | None,
+        bundle_sha256: str,
+        log: ExperienceLog,
+        counts: BranchCounts,
+        number: int,
     ) -> None:
         self._robot = robot
         self._spoken = SpokenRobot(robot, log.bus)
@@ -132,8 +136,8 @@ class _Session:
         self._log = log
         self._number = number
         self._chooser = _Chooser(robot, models, np.random.default_rng((3, number, 2)))
+        self._counts = counts
         self._runs = 0
-        self.counts = BranchCounts()
 
     def branch_from_here(self, rng: np.random.Generator) -> list[int]:
         """Try grasps and pushes from the state that the world is in; the states that pushes led to."""
@@ -249,7 +253,6 @@ class _Session:
         return facts, watcher
 
     def _count(self, kind: gi.MotionKind, grasped: bool) -> None:
-        grasp = kind == gi.GRASP
-        self.counts = BranchCounts(
-            self.counts.grasps + grasp, self.counts.pushes + (not grasp), self.counts.grasped + grasped
-        )
+        self._counts.grasps += kind == gi.GRASP
+        self._counts.pushes += kind == gi.PUSH
+        self._counts.grasped += grasped

@@ -164,13 +164,12 @@ def _act(collection: Collection, number: int, log: ExperienceLog) -> SceneCounts
 
 def _branch(collection: Collection, number: int, log: ExperienceLog) -> SceneCounts:
     models = None if collection.models is None else loaded_bundle(collection.models)
-    counts = BranchCounts()
+    counts, failure = BranchCounts(), None
     try:
-        for counts in branch(draw_branched_scene(number), number, models, "" if models is None else models.sha256, log):
-            pass
+        branch(draw_branched_scene(number), number, models, "" if models is None else models.sha256, log, counts)
     except RobotError as error:
-        return SceneCounts(counts.grasps + counts.pushes, counts.grasped, counts.grasps, str(error))
-    return SceneCounts(counts.grasps + counts.pushes, counts.grasped, counts.grasps)
+        failure = str(error)
+    return SceneCounts(counts.grasps + counts.pushes, counts.grasped, counts.grasps, failure)
 
 
 def _visible_candidate(robot: SimRobot, tried: set[str], rng: np.random.Generator) -> str | None:
