@@ -1,5 +1,6 @@
 """Camera messages out of a log, put together by their stamp."""
 
+from collections import OrderedDict
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,6 +11,8 @@ from grasping_invisible.data.clock import to_ns
 from grasping_invisible.data.log_reader import read_messages
 from grasping_invisible.data.log_storage import parts_of
 from grasping_invisible.data.topics import Topic
+
+_WAITING = 4  # frames wanted, of which parts may still come
 
 
 @dataclass(frozen=True)
@@ -23,12 +26,12 @@ class LoggedFrame:
 def camera_frames(path: Path, stamps: Collection[int], topics: Collection[Topic]) -> Iterator[LoggedFrame]:
     """The frames with the given stamps, over all parts of the log that begins at `path`.
 
-    Each comes as soon as all of `topics` are there, those that lack some at the end; of a frame that the log does not
-    hold at all nothing comes. Only frames still incomplete are held. Raises `BadLog`.
+    Each comes as soon as all of `topics` are there, one that lacks some a few frames later; of a frame that the log does
+    not hold at all nothing comes. Only frames still incomplete are held. Raises `BadLog`.
     """
     keys = {topic.key for topic in topics}
     wanted = set(stamps)
-    incomplete: dict[int, LoggedFrame] = {}
+    incomplete: OrderedDict[int, LoggedFrame] = OrderedDict()
     for part in parts_of(path):
         if not wanted:
             break
@@ -41,6 +44,10 @@ def camera_frames(path: Path, stamps: Collection[int], topics: Collection[Topic]
             if len(frame.messages) == len(keys):
                 wanted.remove(stamp)
                 yield incomplete.pop(stamp)
+            elif len(incomplete) > _WAITING:
+                late, lacking = incomplete.popitem(last=False)
+                wanted.remove(late)
+                yield lacking
     yield from incomplete.values()
 
 

@@ -16,7 +16,7 @@ PUSH_COLOR = (255, 214, 30)
 GRASP_COLOR = (80, 255, 120)
 _PALETTE = np.array([RGB[name] for name in (GREY, *TARGET_COLORS)], np.uint8)
 _SPECK = 16  # pixels
-_SHOWN_HEIGHT = 0.15  # metres; what is higher is drawn alike
+SHOWN_HEIGHT = 0.15  # metres; what is higher is drawn alike
 _FAR = 10_000  # pixels; what lies behind the camera is drawn out there
 
 
@@ -27,7 +27,7 @@ def painted(labels: NDArray[np.uint8]) -> Image:
 
 def height_colors(height: NDArray[np.float32]) -> Image:
     """(N, M) metres, dark at 0 and bright from 0.15 m on."""
-    return _colors(np.clip(height / _SHOWN_HEIGHT, 0.0, 1.0), cv2.COLORMAP_VIRIDIS)
+    return _colors(np.clip(height / SHOWN_HEIGHT, 0.0, 1.0), cv2.COLORMAP_VIRIDIS)
 
 
 def value_colors(values: NDArray[np.float32], low: float, high: float, below: Image) -> Image:

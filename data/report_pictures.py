@@ -18,6 +18,7 @@ from grasping_invisible.data.classes import CLASSES, RGB
 from grasping_invisible.data.drawing import (
     GRASP_COLOR,
     PUSH_COLOR,
+    SHOWN_HEIGHT,
     Image,
     height_colors,
     outline,
@@ -38,16 +39,31 @@ PANEL = 400  # pixels, side of a map
 _SMALL = 96  # pixels, side of one rotation's map in the strip of all
 _LONGEST = 1.0  # metres; a motion that says to be longer is damaged, not drawn
 _QUALITY = 86
+_SEEN = 30  # pixels; classes with fewer are not named
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What the two ends of a picture's colours stand for."""
+
+    kind: str  # `heights` or `values`: which colours
+    low: str
+    high: str
 
 
 @dataclass(frozen=True)
 class Panel:
-    """A picture, what it shows, and what its colours mean. `src`: a data URI. `chosen`: decided from."""
+    """A picture, what it shows, and what its colours mean. `src`: a data URI. `chosen`: decided from.
+
+    `keys`: things shown, each with the colour, red, green and blue, that it is drawn in.
+    """
 
     title: str
     src: str
     note: str = ""
     chosen: bool = False
+    scale: Scale | None = None
+    keys: tuple[tuple[str, tuple[int, int, int]], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -86,7 +102,9 @@ def camera_panels(messages: Mapping[str, Message], target: str, motion: Motion |
     if seen is not None:
         grey = cv2.cvtColor(cv2.cvtColor(view, cv2.COLOR_RGB2GRAY), cv2.COLOR_GRAY2RGB)
         share = np.where(seen > 0, 0.8, 0.0)[..., None]
-        panels.append(Panel("Classes seen", jpeg((share * painted(seen) + (1 - share) * grey * 0.85).astype(np.uint8))))
+        picture = (share * painted(seen) + (1 - share) * grey * 0.85).astype(np.uint8)
+        keys = _classes_in(seen)
+        panels.append(Panel("Classes seen", jpeg(picture), "" if keys else "nothing but grey", keys=keys))
         if target in CLASSES:
             view = view.copy()
             outline(view, seen == CLASSES.index(target), RGB[target])
@@ -112,7 +130,8 @@ def map_panels(maps: HeightmapArrays, target: str, motion: Motion | None) -> lis
         Panel(
             "Height",
             jpeg(_map_with_motion(height_colors(maps.height), maps, motion)),
-            f"0 to {maps.height.max() * 1000:.0f} mm",
+            f"up to {maps.height.max() * 1000:.0f} mm",
+            scale=Scale("heights", "0", f"{SHOWN_HEIGHT * 1000:.0f} mm"),
         ),
         Panel("Target mask", jpeg(_map_with_motion(masked, maps, motion)), f"{cells} cells" if cells else "not seen"),
     ]
@@ -135,8 +154,10 @@ def value_panel(
     """Values of one rotation of a stack, (16, R, C), or without one the best of all, on the stack's scale."""
     low, high = _scale(stack)
     values = stack.max(axis=0) if rotation is None else stack[rotation]
-    picture = value_colors(values, low, high, maps.color)
-    return Panel(title, jpeg(_map_with_motion(picture, maps, motion)), f"{stack.min():.2f} to {high:.2f}", chosen)
+    picture = jpeg(_map_with_motion(value_colors(values, low, high, maps.color), maps, motion))
+    if float(stack.min()) == high:
+        return Panel(title, picture, f"{high:.2f} everywhere", chosen)
+    return Panel(title, picture, chosen=chosen, scale=Scale("values", f"{low:.2f}", f"{high:.2f}"))
 
 
 def rotation_strip(stack: NDArray[np.float32], maps: HeightmapArrays) -> list[str]:
@@ -157,6 +178,11 @@ def _scale(stack: NDArray[np.float32]) -> tuple[float, float]:
     """From the least to the greatest value; a map of one value is bright unless that is nothing."""
     low, high = float(stack.min()), float(stack.max())
     return (low, high) if high - low > 1e-6 else (min(0.0, low), high)
+
+
+def _classes_in(labels: NDArray[np.uint8]) -> tuple[tuple[str, tuple[int, int, int]], ...]:
+    counts = np.bincount(labels.ravel(), minlength=len(CLASSES))[1 : len(CLASSES)]
+    return tuple((name, RGB[name]) for name, count in zip(CLASSES[1:], counts, strict=True) if count >= _SEEN)
 
 
 def _draw_in_view(view: Image, messages: Mapping[str, Message], motion: Motion) -> None:

@@ -25,16 +25,36 @@ MapMaker = Callable[[HeightmapArrays, QMapArrays, gi.Decision], Mapping[str, NDA
 M = TypeVar("M")
 T = TypeVar("T")
 
+EXPLORER = "explorer"  # the policy while the target is out of sight
 _PUSH_LENGTH = 0.10  # metres; for a decision whose command the log does not hold
 
 
 @dataclass(frozen=True)
 class Stage:
-    """A stage of a decision: its time, and its share of the longest decision in percent."""
+    """A stage of a decision and its time."""
 
     name: str
     milliseconds: float
-    percent: float
+
+
+@dataclass(frozen=True)
+class StepHead:
+    """A step in brief, for what shows all of them at once. `stamp_ns`: of the camera frame it was decided from."""
+
+    number: int
+    stamp_ns: int
+    policy: str
+    motion: str
+    came_of: str
+    good: bool  # the target came to light or into the gripper
+    found: bool  # the target was in view afterwards
+    stages: list[Stage]
+    thumbnail: str
+
+    @property
+    def total_ms(self) -> float:
+        """How long the decision took."""
+        return sum(stage.milliseconds for stage in self.stages)
 
 
 @dataclass(frozen=True)
@@ -48,20 +68,13 @@ class Row:
 
 @dataclass
 class StepReport:
-    """One step as the template shows it."""
+    """One step as the template shows it, with all its pictures."""
 
-    number: int
-    policy: str
-    motion: str
+    head: StepHead
     place: str
     why: str
-    came_of: str
-    good: bool  # the target came to light or into the gripper
     facts: list[tuple[str, str]]
-    total_ms: float
-    stages: list[Stage]
-    thumbnail: str = ""
-    camera: list[Panel] = field(default_factory=list)
+    camera: list[Panel]
     rows: list[Row] = field(default_factory=list)
     rotations: list[str] = field(default_factory=list)
     rotations_of: str = ""
@@ -77,21 +90,32 @@ class _MadeMaps:
     failure: str = ""
 
 
-def step_report(step: LoggedStep, target: str, cameras: dict[int, list[Panel]], longest: float) -> StepReport:
-    """Put together what the log holds of a step. `cameras`: by stamp. `longest`: of all decisions, ms."""
-    decision = step.decision
-    report = StepReport(
+def step_head(step: LoggedStep) -> StepHead:
+    """Sum up a step."""
+    decision, result = step.decision, step.result
+    maps = decoded(step.heightmaps, decode_heightmaps)
+    return StepHead(
         number=decision.step + 1,
+        stamp_ns=to_ns(decision.frame_stamp),
         policy=decision.policy or "unknown policy",
         motion=wording.kind(decision.kind),
+        came_of=wording.came_of(step),
+        good=result is not None and (result.target_grasped or (result.target_visible and decision.policy == EXPLORER)),
+        found=result is not None and result.target_visible,
+        stages=[Stage(stage.stage, stage.milliseconds) for stage in decision.stages],
+        thumbnail="" if maps is None else pictures.thumbnail(maps, motion_of(step)),
+    )
+
+
+def step_report(step: LoggedStep, head: StepHead, target: str, camera: list[Panel]) -> StepReport:
+    """Put together what the log holds of a step. `camera`: what was seen."""
+    decision = step.decision
+    report = StepReport(
+        head=head,
         place=f"({decision.position.x:.3f}, {decision.position.y:.3f}) m at {wording.degrees(decision.yaw)}",
         why=decision.why,
-        came_of=wording.came_of(step),
-        good=step.result is not None and (step.result.target_grasped or step.result.target_visible),
         facts=_numbers(decision),
-        total_ms=total_ms(decision),
-        stages=_stages(decision, longest),
-        camera=cameras.get(to_ns(decision.frame_stamp), []),
+        camera=camera,
     )
     if not report.camera:
         report.missing.append("the camera image")
@@ -100,7 +124,6 @@ def step_report(step: LoggedStep, target: str, cameras: dict[int, list[Panel]], 
         report.missing.append("heightmaps")
         return report
     motion = motion_of(step)
-    report.thumbnail = pictures.thumbnail(maps, motion)
     report.rows.append(Row("From above", [*pictures.map_panels(maps, target, motion), *_after(step)]))
     q_maps = decoded(step.q_maps, decode_q_maps)
     if q_maps is None or decision.rotation >= len(q_maps.push):
@@ -116,11 +139,6 @@ def motion_of(step: LoggedStep) -> Motion:
     position = decision.position.x, decision.position.y, decision.position.z
     length = step.command.length if step.command is not None else _PUSH_LENGTH
     return Motion(decision.kind, position, decision.yaw, length)
-
-
-def total_ms(decision: gi.Decision) -> float:
-    """How long the decision took."""
-    return sum(stage.milliseconds for stage in decision.stages)
 
 
 def _add_values(
@@ -139,7 +157,7 @@ def _add_values(
         panels.append(
             pictures.value_panel(f"{name} Q, {wording.degrees(decision.yaw)}", stack, maps, motion, k, chosen=chosen)
         )
-    report.rows.append(Row("Critic", panels, "what the critic expects of each motion; bright is good"))
+    report.rows.append(Row("Critic", panels, "what each motion is expected to be worth"))
     chosen_from, name = (q_maps.push, "push Q") if decision.kind == gi.PUSH else (q_maps.grasp, "grasp Q")
     if made.stacks:
         *factors, last = made.stacks
@@ -179,17 +197,6 @@ def _numbers(decision: gi.Decision) -> list[tuple[str, str]]:
         ("border occupied", f"{decision.border_ratio:.0%}" if decision.target_pixels else "-"),
         ("grasp would succeed", f"{decision.grasp_probability:.0%}" if asked else "not asked"),
         ("remembered", f"{len(memory.failed_pushes)} failed pushes, {memory.consecutive_grasp_failures} failed grasps"),
-    ]
-
-
-def _stages(decision: gi.Decision, longest: float) -> list[Stage]:
-    return [
-        Stage(
-            stage.stage,
-            stage.milliseconds,
-            100.0 * stage.milliseconds / longest if longest > 0 else 0.0,
-        )
-        for stage in decision.stages
     ]
 
 

@@ -68,7 +68,7 @@ def page_of(tmp_path: Path):
 
 def test_each_step_has_its_pictures_and_words(write_run, page_of) -> None:
     page = page_of(write_run())
-    assert page.ids == ["step-1", "step-2", "step-3"]
+    assert page.ids == ["top", "step-1", "step-2", "step-3"]
     for words in (
         "Find and grasp red in pile",
         "explorer: push",
@@ -78,10 +78,28 @@ def test_each_step_has_its_pictures_and_words(write_run, page_of) -> None:
     ):
         assert words in page.text
     names = [name for name, _ in page.images]
-    for name in ("Camera", "Classes seen", "Height", "Target mask", "Push Q, best of 16", "Grasp Q, best of 16"):
-        assert names.count(name) == 3, name
-    assert names.count("Afterwards") == 2  # nothing was seen after the last
-    assert sum(name.startswith("direction") for name in names) == 3 * 16
+    for number in (1, 2, 3):
+        for name in ("Camera", "Height, up to", "Target mask", "Push Q, best of 16", "Grasp Q, best of 16"):
+            assert sum(said.startswith(f"step {number}: {name}") for said in names) == 1, name
+        assert sum(said.startswith(f"step {number}: ") and said.endswith("°") for said in names) >= 16
+    assert sum("Afterwards" in name for name in names) == 2  # nothing was seen after the last
+    assert names.count("step 3: Grasp Q, 90°; chosen from") == 1
+
+
+def test_the_run_is_summed_up(write_run, page_of) -> None:
+    text = page_of(write_run()).text
+    assert "The target never came to light. 2 pushes by the explorer, 1 grasp by the coordinator." in text
+    assert "How to read the pictures" in text
+
+
+def test_a_report_appears_only_when_it_is_complete(write_run, tmp_path: Path, monkeypatch) -> None:
+    def breaks(*arguments: object) -> None:
+        raise KeyboardInterrupt
+
+    log, out = write_run(), tmp_path / "report.html"
+    monkeypatch.setattr("grasping_invisible.data.report.step_report", breaks)
+    assert main(["report", str(log), "--out", str(out)]) == 130
+    assert list(tmp_path.iterdir()) == [log]
 
 
 def test_all_pictures_open_and_nothing_is_fetched(write_run, page_of, tmp_path: Path) -> None:
