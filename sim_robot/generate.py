@@ -10,7 +10,7 @@ from grasping_invisible.runtime.errors import BadInput, RobotError
 from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.sim_robot import piles
 from grasping_invisible.sim_robot.camera import default_camera, render
-from grasping_invisible.sim_robot.piles import Lying, Rectangle
+from grasping_invisible.sim_robot.piles import Kind, Lying, Rectangle
 from grasping_invisible.sim_robot.scene import MAX_OBJECTS, Scene, SceneObject
 from grasping_invisible.sim_robot.world import World
 
@@ -25,20 +25,22 @@ HIDDEN_PIXELS = 40  # of the target in the camera image: fewer count as hidden
 COLUMN_STEP, LAYER_STEP = 0.125, 0.125  # metres between objects about to be dropped; no block is longer
 
 
-def generate_scene(seed: int, style: Style = "scattered", targets: int = 1, basics: int = 8) -> Scene:
+def generate_scene(
+    seed: int, style: Style = "scattered", targets: int = 1, basics: int = 8, target_kind: Kind | None = None
+) -> Scene:
     """A settled scene of `targets` objects in different target colours and `basics` grey ones.
 
     "scattered": dropped at random and left to settle. "packed": the target closely surrounded, the rest beside it.
     "stacked": piles of two layers and more, the target in one of them. "covered": the target hidden from the
-    camera in a pile, with other piles that might hide it; an exploration task. The target is the first object.
-    The same arguments give the same scene. Raises `BadInput` for counts that make no sense.
+    camera in a pile, with other piles that might hide it; an exploration task. The target is the first object, of
+    `target_kind` or any block. The same arguments give the same scene. Raises `BadInput` for counts that make no sense.
     """
     _check(style, targets, basics)
     rng = np.random.default_rng([STYLES.index(style), targets, basics, seed])
     name = f"{style}-{seed}"
     for _ in range(ATTEMPTS):
         colors = [str(color) for color in rng.permutation(TARGET_COLORS)[:targets]] + [GREY] * basics
-        scene = _draw(name, style, colors, rng)
+        scene = _draw(name, style, colors, target_kind, rng)
         settled = None if scene is None else _settled(scene, hidden=style == "covered", rng=rng)
         if settled is not None:
             return settled
@@ -55,12 +57,12 @@ def _check(style: str, targets: int, basics: int) -> None:
         raise BadInput(f"basics of a {style} scene must lie within {least} and {MAX_OBJECTS // 2}, not {basics}")
 
 
-def _draw(name: str, style: Style, colors: list[str], rng: np.random.Generator) -> Scene | None:
+def _draw(name: str, style: Style, colors: list[str], target: Kind | None, rng: np.random.Generator) -> Scene | None:
     """A scene that has not settled yet; None where the objects found no room."""
     if style == "scattered":
-        return Scene(name=name, target=colors[0], objects=tuple(_about_to_drop(colors, rng)))
+        return Scene(name=name, target=colors[0], objects=tuple(_about_to_drop(colors, target, rng)))
     draw = {"packed": _packed, "stacked": _stacked, "covered": _covered}[style]
-    layouts = draw(len(colors), rng)
+    layouts = draw(len(colors), target, rng)
     objects = _stand(layouts, colors, rng)
     if objects is None:
         return None
@@ -73,7 +75,7 @@ def _draw(name: str, style: Style, colors: list[str], rng: np.random.Generator) 
     )
 
 
-def _about_to_drop(colors: list[str], rng: np.random.Generator) -> list[SceneObject]:
+def _about_to_drop(colors: list[str], target: Kind | None, rng: np.random.Generator) -> list[SceneObject]:
     """Objects in the air in random orientations, in columns with room for any block, low layers first."""
     heights = np.zeros(9, int)
     objects = []
@@ -84,44 +86,41 @@ def _about_to_drop(colors: list[str], rng: np.random.Generator) -> list[SceneObj
         heights[column] += 1
         quaternion = rng.normal(size=4)
         qx, qy, qz, qw = (float(value) for value in quaternion / np.linalg.norm(quaternion))
-        shape = str(rng.choice(piles.SHAPES))
-        objects.append(
-            SceneObject(
-                shape=shape, color=color, position=(float(x), float(y), float(z)), quaternion_xyzw=(qx, qy, qz, qw)
-            )
-        )
+        kind = target if target and not objects else piles.any_kind(rng)
+        objects.append(piles.as_scene_object(kind, color, (float(x), float(y), float(z)), (qx, qy, qz, qw)))
     return objects
 
 
-def _packed(count: int, rng: np.random.Generator) -> list[list[Lying]]:
+def _packed(count: int, wanted: Kind | None, rng: np.random.Generator) -> list[list[Lying]]:
     """One pile about the first block, and the rest by themselves."""
-    target = piles.lay(str(rng.choice(piles.SHAPES)), rng)
+    target = piles.lay(wanted or piles.any_kind(rng), rng)
     ring = piles.surround(target, min(int(rng.integers(2, 5)), count - 1), 0.0, rng)
     return [[target, *ring], *_singles(count - 1 - len(ring), rng)]
 
 
-def _stacked(count: int, rng: np.random.Generator) -> list[list[Lying]]:
+def _stacked(count: int, wanted: Kind | None, rng: np.random.Generator) -> list[list[Lying]]:
     """Piles of up to six blocks, in which the lower ones touch and the upper ones lie across them."""
     layouts = []
     while count > 0:
         size = min(count, int(rng.integers(3, 7)))
-        pile = [piles.lay(str(rng.choice(piles.SHAPES)), rng)]
+        pile = [piles.lay(wanted if wanted and not layouts else piles.any_kind(rng), rng)]
         pile += piles.surround(pile[0], min(size - 1, int(rng.integers(1, 4))), 0.0, rng)
         while len(pile) < size:
             below = pile[rng.integers(len(pile))]
             x, y = np.array(below.center[:2]) + rng.uniform(-0.015, 0.015, 2)
-            pile.append(piles.on_top(pile, piles.lay(str(rng.choice(piles.SHAPES)), rng), float(x), float(y)))
-        layouts.append([pile[index] for index in rng.permutation(size)])
+            pile.append(piles.on_top(pile, piles.lay(piles.any_kind(rng), rng), float(x), float(y)))
+        # The target may lie anywhere in its pile, but a wanted one comes first: its colour is the first.
+        layouts.append(pile if wanted and not layouts else [pile[index] for index in rng.permutation(size)])
         count -= size
     return layouts
 
 
-def _covered(count: int, rng: np.random.Generator) -> list[list[Lying]]:
+def _covered(count: int, wanted: Kind | None, rng: np.random.Generator) -> list[list[Lying]]:
     """Piles that hide their first block, as many as the count allows, at most three; the rest by themselves."""
     layouts = []
     for _ in range(min(3, count // (COVERED_BLOCKS + 1))):
         low = [shape for shape in piles.SHAPES if shape not in ("cuboid", "plank", "arch")]
-        hidden = piles.lay(str(rng.choice(low)), rng)
+        hidden = piles.lay(wanted if wanted and not layouts else piles.block_kind(str(rng.choice(low))), rng)
         walls = piles.surround(hidden, 4, hidden.size[2], rng)
         pile = [hidden, *walls]
         roof = piles.covering(hidden.size, rng)
@@ -131,7 +130,7 @@ def _covered(count: int, rng: np.random.Generator) -> list[list[Lying]]:
 
 
 def _singles(count: int, rng: np.random.Generator) -> list[list[Lying]]:
-    return [[piles.lay(str(rng.choice(piles.SHAPES)), rng)] for _ in range(count)]
+    return [[piles.lay(piles.any_kind(rng), rng)] for _ in range(count)]
 
 
 def _stand(layouts: list[list[Lying]], colors: list[str], rng: np.random.Generator) -> tuple[SceneObject, ...] | None:

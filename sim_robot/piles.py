@@ -11,6 +11,7 @@ import numpy as np
 import pybullet as p
 
 from grasping_invisible.sim_robot.blocks import BLOCKS, Vector
+from grasping_invisible.sim_robot.meshes import load_solid
 from grasping_invisible.sim_robot.scene import SceneObject
 
 Quaternion = tuple[float, float, float, float]
@@ -33,6 +34,42 @@ RESTS: dict[str, tuple[Quaternion, ...]] = {
     "cylinder": (UPRIGHT,),
 }
 SHAPES = tuple(RESTS)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What can lie in a pile: a built-in block, or a mesh.
+
+    `size`: extents of the bounding box in the object's own frame, metres; `middle`: where its middle is there. `rests`:
+    the orientations in which it stays where it is put. `mesh`, `scale`: as in a scene file; without them a block.
+    """
+
+    size: Vector
+    rests: tuple[Quaternion, ...]
+    shape: str | None = None
+    mesh: str | None = None
+    scale: float = 1.0
+    middle: Vector = (0.0, 0.0, 0.0)
+
+
+def block_kind(shape: str) -> Kind:
+    """A built-in block."""
+    return Kind(BLOCKS[shape].size, RESTS[shape], shape)
+
+
+def mesh_kind(path: str, scale: float) -> Kind:
+    """A mesh file, which rests as it stands in its file. Raises `BadInput` where it cannot be used."""
+    low, high = load_solid(path, scale).surface.bounds
+    x, y, z = (float(value) for value in (low + high) / 2)
+    width, depth, height = (float(value) for value in high - low)
+    return Kind((width, depth, height), (UPRIGHT,), None, path, scale, (x, y, z))
+
+
+def any_kind(rng: np.random.Generator) -> Kind:
+    """A built-in block at random."""
+    return block_kind(str(rng.choice(SHAPES)))
+
+
 LARGEST_GAP = 0.0025  # metres between neighbours that are meant to touch
 LIFT = 0.0005  # metres between a block and what it is put on
 
@@ -41,7 +78,7 @@ LIFT = 0.0005  # metres between a block and what it is put on
 class Lying:
     """A block at rest in a pile's frame: the middle of its bounding box, and its extents there, metres."""
 
-    shape: str
+    kind: Kind
     rotation: Quaternion
     size: Vector
     center: Vector = (0.0, 0.0, 0.0)
@@ -63,14 +100,14 @@ class Lying:
         )
 
 
-def lay(shape: str, rng: np.random.Generator) -> Lying:
+def lay(kind: Kind, rng: np.random.Generator) -> Lying:
     """A block on one of the sides it rests on, along either axis, at the origin."""
-    rotation = RESTS[shape][rng.integers(len(RESTS[shape]))]
+    rotation = kind.rests[rng.integers(len(kind.rests))]
     if rng.random() < 0.5:
         _, rotation = p.multiplyTransforms((0, 0, 0), ABOUT_Z, (0, 0, 0), rotation)
     matrix = np.abs(np.array(p.getMatrixFromQuaternion(rotation)).reshape(3, 3))
-    x, y, z = (float(extent) for extent in matrix @ BLOCKS[shape].size)
-    return Lying(shape, rotation, (x, y, z)).at(0.0, 0.0)
+    x, y, z = (float(extent) for extent in matrix @ kind.size)
+    return Lying(kind, rotation, (x, y, z)).at(0.0, 0.0)
 
 
 def surround(middle: Lying, sides: int, lowest: float, rng: np.random.Generator) -> list[Lying]:
@@ -79,7 +116,7 @@ def surround(middle: Lying, sides: int, lowest: float, rng: np.random.Generator)
     for side in rng.permutation(4)[:sides]:
         axis, sign = divmod(int(side), 2)
         for _ in range(20):
-            block = lay(str(rng.choice(SHAPES)), rng)
+            block = lay(any_kind(rng), rng)
             if block.size[2] < lowest - 1e-9:
                 continue
             reach = (middle.size[axis] + block.size[axis]) / 2 + rng.uniform(0.0005, LARGEST_GAP)
@@ -104,7 +141,7 @@ def on_top(pile: list[Lying], block: Lying, x: float, y: float) -> Lying:
 def covering(size: Vector, rng: np.random.Generator) -> Lying:
     """A block lying flat whose footprint is no smaller than that of `size`, but for a few millimetres."""
     while True:
-        block = lay(str(rng.choice(("plank", "plate", "cube", "cuboid", "arch"))), rng)
+        block = lay(block_kind(str(rng.choice(("plank", "plate", "cube", "cuboid", "arch")))), rng)
         if block.size[0] > size[0] - 0.004 and block.size[1] > size[1] - 0.004 and block.size[2] <= 0.05:
             return block
 
@@ -126,5 +163,14 @@ def collide(first: list[Rectangle], second: list[Rectangle]) -> bool:
 def as_object(block: Lying, color: str, x: float, y: float, yaw: float) -> SceneObject:
     """The block as an object of a scene whose pile stands at (x, y, yaw) in the workspace frame."""
     about_z = (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
-    position, rotation = p.multiplyTransforms((x, y, 0.0), about_z, block.center, block.rotation)
-    return SceneObject(shape=block.shape, color=color, position=position, quaternion_xyzw=rotation)
+    middle, rotation = p.multiplyTransforms((x, y, 0.0), about_z, block.center, block.rotation)
+    backwards = (-block.kind.middle[0], -block.kind.middle[1], -block.kind.middle[2])
+    position, _ = p.multiplyTransforms(middle, rotation, backwards, UPRIGHT)
+    return as_scene_object(block.kind, color, position, rotation)
+
+
+def as_scene_object(kind: Kind, color: str, position: Vector, rotation: Quaternion) -> SceneObject:
+    """An object of a scene, its own frame at a pose of the workspace frame."""
+    return SceneObject(
+        shape=kind.shape, mesh=kind.mesh, scale=kind.scale, color=color, position=position, quaternion_xyzw=rotation
+    )

@@ -1,0 +1,65 @@
+from pathlib import Path
+
+import pytest
+import trimesh
+
+from grasping_invisible.sim_robot.scene import load_scene
+from grasping_invisible.sim_robot.scenes_cli import main
+from grasping_invisible.sim_robot.world import World
+
+
+@pytest.fixture
+def lid(tmp_path: Path) -> Path:
+    """A disc with a knob, in millimetres, its frame at the middle of its underside."""
+    disc = trimesh.creation.cylinder(40.0, 12.0).apply_translation((0, 0, 6))
+    knob = trimesh.creation.cylinder(12.0, 30.0).apply_translation((0, 0, 27))
+    path = tmp_path / "lid.stl"
+    trimesh.util.concatenate([disc, knob]).export(path)
+    return path
+
+
+@pytest.mark.parametrize("style", ["packed", "scattered", "stacked"])
+def test_scenes_hold_the_mesh_as_their_target_at_rest(tmp_path: Path, lid: Path, style: str):
+    out = tmp_path / "scenes"
+    arguments = ["generate", "--out", str(out), "--count", "1", "--seed", "3", "--style", style, "--blocks", "3"]
+    assert main([*arguments, "--mesh", str(lid), "--scale", "0.001"]) == 0
+    scene = load_scene(out / f"{style}-3.toml")
+    (target,) = [item for item in scene.objects if item.color == scene.target]
+    assert target.kind == "lid"
+    assert [item.kind for item in scene.objects].count("lid") == 1
+    world = World(scene, None)
+    before = [state.position for state in world.object_states()]
+    world.settle()
+    for was, state in zip(before, world.object_states(), strict=True):
+        assert state.position == pytest.approx(was, abs=0.004)
+    world.close()
+
+
+def test_what_is_there_already_stays(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    arguments = ["generate", "--out", str(tmp_path), "--seed", "7", "--blocks", "2"]
+    assert main([*arguments, "--count", "1"]) == 0
+    (first,) = tmp_path.iterdir()
+    first.write_text("kept")
+    assert main([*arguments, "--count", "2"]) == 0
+    assert first.read_text() == "kept"
+    assert len(list(tmp_path.iterdir())) == 2
+    assert "2 scenes" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        (("--mesh", "nowhere.stl"), "nowhere.stl does not exist"),
+        (("--count", "0"), "--count must be at least 1"),
+        (("--targets", "9"), "targets must lie within 1 and 7"),
+    ],
+)
+def test_bad_input_is_one_line(tmp_path: Path, wrong: tuple[str, str], said: str, capsys: pytest.CaptureFixture[str]):
+    assert main(["generate", "--out", str(tmp_path), *wrong]) == 2
+    (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("gi-scenes:")]
+    assert said in line
+
+
+def test_the_shipped_scenes_are_listed(capsys: pytest.CaptureFixture[str]):
+    assert main(["list"]) == 0
+    assert "exploration-03" in capsys.readouterr().out.splitlines()
