@@ -8,6 +8,7 @@ from grasping_invisible.runtime.coordinator import coordinate
 from grasping_invisible.runtime.explorer import explore
 from grasping_invisible.runtime.explorer_maps import FACTORS
 from grasping_invisible.runtime.mechanical_search import mechanical_search
+from grasping_invisible.runtime.practice import practise
 from grasping_invisible.runtime.random_motion import random_motion
 from grasping_invisible.runtime.situation import Proposal, Situation
 from grasping_invisible.runtime.target_agnostic import mask_vpg, vpg
@@ -21,6 +22,7 @@ EXPLORATION: dict[str, Callable[[Situation], Proposal]] = {
 # How to choose between pushing and grasping a target in view; None where nothing can be done for it.
 COORDINATION: dict[str, Callable[[Situation], Proposal | None]] = {
     "coordinator": coordinate,
+    "practice": practise,
     "rand": random_motion,
     "border-heuristic": border_heuristic,
     "mask-vpg": mask_vpg,
