@@ -47,7 +47,9 @@ class DenseNet(nn.Module):
         )
         channels = STEM
         for block, count in enumerate(layers, 1):
-            dense = OrderedDict[str, nn.Module]((f"denselayer{i + 1}", DenseLayer(channels + i * GROWTH)) for i in range(count))
+            dense = OrderedDict[str, nn.Module](
+                (f"denselayer{i + 1}", DenseLayer(channels + i * GROWTH)) for i in range(count)
+            )
             self.features.add_module(f"denseblock{block}", nn.Sequential(dense))
             channels += count * GROWTH
             if block < len(layers):
