@@ -69,7 +69,7 @@ class Corrections:
     def of(self, run_id: str, step: int) -> StepCorrection:
         """What is said of one step."""
         said = [item for item in self.all if item.step == step and item.run_id in ("", run_id)]
-        return StepCorrection(**{item.field: value_of(item.field, item.value) for item in said})
+        return msgspec.convert({item.field: value_of(item.field, item.value) for item in said}, StepCorrection)
 
     def check_against(self, kinds: dict[tuple[str, int], str]) -> None:
         """Raises `BadCorrections` for one of a step that the log does not hold or that was no grasp.

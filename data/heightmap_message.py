@@ -32,9 +32,8 @@ class HeightmapArrays:
 
 
 def encode_heightmaps(maps: HeightmapArrays) -> gi.Heightmaps:
-    """Heights below the table are kept as 0 and above 6.5 m as 6.5 m; the rest within 0.05 mm."""
+    """Heightmaps as a message; heights as by `encode_heights`."""
     rows, columns = maps.height.shape
-    counts = np.clip(np.rint(maps.height / HEIGHT_UNIT), 0, np.iinfo(np.uint16).max).astype(np.uint16)
     x, y, z = maps.center
     return gi.Heightmaps(
         stamp=to_timestamp(maps.stamp_ns),
@@ -44,7 +43,7 @@ def encode_heightmaps(maps: HeightmapArrays) -> gi.Heightmaps:
         resolution=maps.resolution,
         origin=gi.Point(x=x, y=y, z=z),
         color_png=encode_png(maps.color),
-        height_png=encode_png(counts),
+        height_png=encode_heights(maps.height),
         labels_png=encode_png(maps.labels),
         classes=CLASSES,
     )
@@ -58,13 +57,23 @@ def decode_heightmaps(message: gi.Heightmaps) -> HeightmapArrays:
     color = decode_color_image(message.color_png)
     if color.shape[:2] != shape:
         raise BadMessage(f"colour heightmap is {color.shape[:2]}, its message says {shape}")
-    counts = decode_plane(message.height_png, np.uint16, shape)
     return HeightmapArrays(
         stamp_ns=to_ns(message.stamp),
         step=message.step,
         color=color,
-        height=counts.astype(np.float32) * np.float32(HEIGHT_UNIT),
+        height=decode_heights(message.height_png, shape),
         labels=decode_plane(message.labels_png, np.uint8, shape),
         resolution=message.resolution,
         center=(message.origin.x, message.origin.y, message.origin.z),
     )
+
+
+def encode_heights(height: NDArray[np.float32]) -> bytes:
+    """Heights below the table are kept as 0 and above 6.5 m as 6.5 m; the rest within 0.05 mm."""
+    counts = np.clip(np.rint(height / HEIGHT_UNIT), 0, np.iinfo(np.uint16).max)
+    return encode_png(counts.astype(np.uint16))
+
+
+def decode_heights(png: bytes, shape: tuple[int, int]) -> NDArray[np.float32]:
+    """Heights in metres, (N, M) float32. Raises `BadMessage`."""
+    return decode_plane(png, np.uint16, shape).astype(np.float32) * np.float32(HEIGHT_UNIT)

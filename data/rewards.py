@@ -1,6 +1,7 @@
 """The rewards that motions earn, from heightmaps before and after (paper, section V-B).
 
-Each motion earns a stage's reward or nothing: less for a sensible intention, more for a result.
+Each motion earns a stage's reward or nothing: less for a sensible intention, more for a result. When a rule or a number
+below changes, its version in `data.labels.RULES` counts up.
 """
 
 import math
@@ -9,8 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasping_invisible.data.target_border import TargetBorder, target_border
-
-REWARD_VERSION = 1  # counts up when a rule or a number below changes
 
 PUSH_AIMED = 0.25
 PUSH_FREED = 0.5

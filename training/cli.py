@@ -9,16 +9,15 @@ import torch
 from rich.console import Console
 from rich.table import Table
 
-from grasping_invisible.data.progress import bar
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.rotation import CRITIC_INPUTS
 from grasping_invisible.training.checkpoint import Checkpoint
 from grasping_invisible.training.command import run_command
 from grasping_invisible.training.critic_design import NETWORKS, CriticDesign
+from grasping_invisible.training.experience import read_experience
 from grasping_invisible.training.train_classifier import ClassifierTraining, train_classifier
 from grasping_invisible.training.train_critic import CriticTraining, train_critic
 from grasping_invisible.training.train_segmenter import SegmenterTraining, train_segmenter
-from grasping_invisible.training.transitions import Transition, read_transitions
 
 Command = Callable[[argparse.Namespace, Console], Checkpoint]
 
@@ -39,8 +38,10 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="gi-train", description="Train the models that the runtime decides with.")
     commands = parser.add_subparsers(required=True, metavar="MODEL")
     _add_segmenter(commands.add_parser("segmenter", help="from synthetic renders, made where they are missing"))
-    _add_critic(commands.add_parser("critic", help="from logs of motions"))
-    _add_classifier(commands.add_parser("classifier", help="from logs of motions and the critic's checkpoint in --out"))
+    _add_critic(commands.add_parser("critic", help="from datasets of motions"))
+    _add_classifier(
+        commands.add_parser("classifier", help="from datasets of motions and the critic in --out")
+    )
     return parser
 
 
@@ -69,7 +70,7 @@ def _segmenter(options: argparse.Namespace, console: Console) -> Checkpoint:
 
 def _add_critic(parser: argparse.ArgumentParser) -> None:
     defaults = CriticTraining(Path())
-    _add_logs(parser)
+    _add_dataset(parser)
     parser.add_argument("--batch", type=int, default=defaults.batch, help="transitions in a step")
     parser.add_argument("--rounds", type=int, default=defaults.rounds, help="times that next states are valued")
     parser.add_argument("--network", choices=NETWORKS, default=defaults.design.network, help="densenet: the paper's")
@@ -91,12 +92,12 @@ def _critic(options: argparse.Namespace, console: Console) -> Checkpoint:
         batch=_positive(options, "batch"),
         seed=options.seed,
     )
-    return train_critic(settings, _transitions(options.logs, console), console)
+    return train_critic(settings, read_experience(options.dataset, console), console)
 
 
 def _add_classifier(parser: argparse.ArgumentParser) -> None:
     defaults = ClassifierTraining(Path(), Path())
-    _add_logs(parser)
+    _add_dataset(parser)
     _add_common(parser, defaults.steps)
     parser.set_defaults(command=_classifier)
 
@@ -108,26 +109,13 @@ def _classifier(options: argparse.Namespace, console: Console) -> Checkpoint:
         steps=_positive(options, "steps"),
         seed=options.seed,
     )
-    return train_classifier(settings, _transitions(options.logs, console), console)
+    return train_classifier(settings, read_experience(options.dataset, console), console)
 
 
-def _add_logs(parser: argparse.ArgumentParser) -> None:
+def _add_dataset(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--logs", type=Path, nargs="+", required=True, metavar="PATH", help="MCAP logs, or folders of them"
+        "--dataset", type=Path, nargs="+", required=True, metavar="DIR", help="what gi-dataset rebuild made of logs"
     )
-
-
-def _transitions(paths: list[Path], console: Console) -> list[Transition]:
-    """Everything that the logs teach; raises `BadInput` where there is no log."""
-    logs = [log for path in paths for log in (sorted(path.rglob("*.mcap")) if path.is_dir() else [path])]
-    if not logs:
-        raise BadInput(f"no MCAP logs in {', '.join(map(str, paths))}")
-    transitions = []
-    with bar("reading logs", len(logs), console) as advance:
-        for log in logs:
-            transitions += read_transitions(log)
-            advance(f"{len(transitions)} transitions")
-    return transitions
 
 
 def _add_common(parser: argparse.ArgumentParser, steps: int) -> None:

@@ -27,7 +27,7 @@ def example(transition: Transition, planes: int, rng: np.random.Generator | None
     rotation, row, column = transition.rotation, transition.row, transition.column
     if rng is not None and transition.kind == gi.GRASP and rng.random() < 0.5:
         rotation = (rotation + ROTATIONS // 2) % ROTATIONS
-    seen = critic_planes(transition.before, transition.mask, planes)
+    seen = critic_planes(*transition.before(), planes)
     if rng is not None:
         _distort(seen, rng)
     (turned,) = rotate_planes(seen, [rotation])

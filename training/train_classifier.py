@@ -1,6 +1,5 @@
 """Training the action classifier from logged grasps (paper, section VI-B and appendix C)."""
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,10 +21,10 @@ from grasping_invisible.training.critic_net import CriticNet
 from grasping_invisible.training.critic_score import auc
 from grasping_invisible.training.critic_values import best_values, q_maps
 from grasping_invisible.training.device import training_device
+from grasping_invisible.training.experience import Experience
 from grasping_invisible.training.fingerprint import data_fingerprint, weights_fingerprint
 from grasping_invisible.training.session import Session
 from grasping_invisible.training.source import source_commit
-from grasping_invisible.training.split import split
 from grasping_invisible.training.transitions import Transition
 
 BUFFER = 20_000  # most recent grasps that are kept
@@ -55,10 +54,10 @@ class Examples:
         return len(self.grasped)
 
 
-def train_classifier(settings: ClassifierTraining, transitions: Sequence[Transition], console: Console) -> Checkpoint:
+def train_classifier(settings: ClassifierTraining, experience: Experience, console: Console) -> Checkpoint:
     """Train by binary cross-entropy (paper, section VI-A), score on held-out runs. Raises `BadInput`."""
     critic = load_critic(settings.critic).to(training_device()).eval()
-    taught, held_out = (examples_of(part, critic, console) for part in split(transitions))
+    taught, held_out = (examples_of(part, critic, console) for part in (experience.taught, experience.held_out))
     for part in (taught, held_out):
         if len(part) < 2 or part.grasped.all() or not part.grasped.any():
             raise BadInput(
@@ -67,8 +66,7 @@ def train_classifier(settings: ClassifierTraining, transitions: Sequence[Transit
     torch.manual_seed(settings.seed)
     net = ClassifierNet()
     optimizer = torch.optim.AdamW(net.parameters(), settings.learning_rate, weight_decay=WEIGHT_DECAY)
-    runs = Counter(transition.run for transition in transitions)
-    data = data_fingerprint(runs | Counter({weights_fingerprint(critic.state_dict()): 1}))
+    data = data_fingerprint(dict.fromkeys((*experience.datasets, weights_fingerprint(critic.state_dict())), 1))
     session = Session("classifier", settings.checkpoint, net, optimizer, settings.learning_rate, settings.steps, data)
     if not session.finished:
         net.train()
@@ -80,6 +78,7 @@ def train_classifier(settings: ClassifierTraining, transitions: Sequence[Transit
         {
             "grasps": len(taught),
             "held_out_grasps": len(held_out),
+            **experience.origin,
             "steps": settings.steps,
             "batch": settings.batch,
             "seed": settings.seed,
@@ -98,10 +97,11 @@ def examples_of(transitions: Sequence[Transition], critic: CriticNet, console: C
     features, grasped = [], []
     with bar("asking the critic", len(grasps), console) as advance:
         for item in grasps:
-            q = q_maps(critic, item.before, item.mask)
-            push, _ = best_values(q, item.before, item.mask)
+            before, mask = item.before()
+            q = q_maps(critic, before, mask)
+            push, _ = best_values(q, before, mask)
             grasp = float(q.grasp[item.rotation, item.row, item.column])
-            border = target_border(item.before.height, item.mask, item.before.workspace.resolution)
+            border = target_border(before.height, mask, before.workspace.resolution)
             features.append(classifier_features(push, grasp, border, item.consecutive_grasp_failures))
             grasped.append(item.success)
             advance()

@@ -1,7 +1,6 @@
 """Training the critic from logged motions (paper, sections V-A and VI, appendix C)."""
 
 import math
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,7 +14,6 @@ from torch.nn import functional
 from grasping_invisible.data.action_grid import ROTATIONS
 from grasping_invisible.data.progress import bar
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
-from grasping_invisible.data.rewards import REWARD_VERSION
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.manifest import file_sha256
 from grasping_invisible.training.checkpoint import Checkpoint
@@ -26,11 +24,11 @@ from grasping_invisible.training.critic_score import score_critic
 from grasping_invisible.training.critic_values import best_values, q_maps
 from grasping_invisible.training.densenet_critic import DenseNetCritic
 from grasping_invisible.training.device import training_device
+from grasping_invisible.training.experience import Experience
 from grasping_invisible.training.fingerprint import data_fingerprint
 from grasping_invisible.training.imagenet_weights import load_imagenet
 from grasping_invisible.training.session import Session
 from grasping_invisible.training.source import source_commit
-from grasping_invisible.training.split import split
 from grasping_invisible.training.transitions import Transition
 
 DISCOUNT = 0.5
@@ -62,11 +60,9 @@ class CriticTraining:
     seed: int = 0
 
 
-def train_critic(settings: CriticTraining, transitions: Sequence[Transition], console: Console) -> Checkpoint:
-    """Train by prioritised replay, score on held-out runs; resumes. Raises `BadInput` without transitions."""
-    taught, held_out = split(transitions)
-    if not taught or not held_out:
-        raise BadInput(f"{len(transitions)} transitions are too few to train on and to score with")
+def train_critic(settings: CriticTraining, experience: Experience, console: Console) -> Checkpoint:
+    """Train by prioritised replay, score on held-out runs; resumes. Raises `BadInput`."""
+    taught, held_out = experience.taught, experience.held_out
     torch.manual_seed(settings.seed)
     net, design = _untrained(settings)
     optimizer = torch.optim.AdamW(net.parameters(), settings.learning_rate, weight_decay=1e-4)
@@ -78,7 +74,7 @@ def train_critic(settings: CriticTraining, transitions: Sequence[Transition], co
         optimizer,
         settings.learning_rate,
         settings.steps,
-        data_fingerprint(Counter(transition.run for transition in transitions)),
+        data_fingerprint(dict.fromkeys(experience.datasets, 1)),
         {"targets": replay.targets, "errors": replay.errors, "watched_targets": watched.targets},
         design,
     )
@@ -101,9 +97,8 @@ def train_critic(settings: CriticTraining, transitions: Sequence[Transition], co
         {
             "transitions": len(taught),
             "hindsight_transitions": sum(transition.hindsight for transition in taught),
-            "runs": len({transition.run for transition in taught}),
             "held_out_transitions": len(held_out),
-            "reward_version": REWARD_VERSION,
+            **experience.origin,
             "discount": DISCOUNT,
             "steps": settings.steps,
             "batch": settings.batch,
@@ -145,11 +140,12 @@ def value_next_states(
     values: dict[tuple[int, int], float] = {}
     with bar("valuing next states", len(transitions), console) as advance:
         for index, transition in enumerate(transitions):
-            after = transition.after
-            if after is not None and transition.kind == gi.PUSH:
-                key = id(after), transition.goal
-                mask = after.labels == transition.goal
-                if key not in values and mask.any():
+            then = transition.then
+            if then is not None and transition.kind == gi.PUSH:
+                key = id(then), transition.goal
+                if key not in values and (then.unpack_labels() == transition.goal).any():
+                    after = then.unpack()
+                    mask = after.labels == transition.goal
                     rotations = rng.permutation(ROTATIONS)[:ROTATIONS_VALUED].tolist()
                     best = max(best_values(q_maps(net, after, mask, rotations), after, mask))
                     values[key] = min(max(best, 0.0), 1.0)

@@ -91,6 +91,14 @@ SCHEMA = pa.schema(
 
 _TEXTS = [field.name for field in SCHEMA if pa.types.is_string(field.type)]
 _NUMBERS = [field.name for field in SCHEMA if pa.types.is_primitive(field.type)]
+_WRITING: dict[str, Any] = {
+    "version": "2.6",
+    "data_page_version": "1.0",
+    "compression": "NONE",
+    "use_dictionary": _TEXTS,
+    "write_statistics": [*_TEXTS, *_NUMBERS],
+    "store_schema": True,
+}
 # Rows written by another version are the same rows but not the same bytes.
 WRITER = f"pyarrow {pa.__version__}"
 
@@ -100,16 +108,7 @@ def open_writer(path: Path) -> pq.ParquetWriter:
 
     Nothing is compressed: nearly all of it is PNG.
     """
-    return pq.ParquetWriter(
-        path,
-        SCHEMA,
-        version="2.6",
-        data_page_version="1.0",
-        compression="NONE",
-        use_dictionary=_TEXTS,
-        write_statistics=[*_TEXTS, *_NUMBERS],
-        store_schema=True,
-    )
+    return pq.ParquetWriter(path, SCHEMA, **_WRITING)
 
 
 def table_of(rows: list[dict[str, Any]]) -> pa.Table:

@@ -8,6 +8,7 @@ from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.rotation import CRITIC_INPUTS, PLANES
 from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.training.critic_batch import CROP, example
+from grasping_invisible.training.packed_maps import PackedMaps
 from grasping_invisible.training.transitions import Transition
 
 
@@ -17,7 +18,7 @@ def transition(kind: gi.MotionKind, row: int, column: int, rotation: int) -> Tra
     labels[max(0, 2 * row - 6) : 2 * row + 8, max(0, 2 * column - 6) : 2 * column + 8] = 1
     height = np.where(labels > 0, 0.05, 0.0).astype(np.float32)
     before = Heightmaps(1, np.full((224, 224, 3), 128, np.uint8), height, labels, Workspace())
-    return Transition(before, 1, kind, rotation, row, column, 0.5, False, None, False, "run", 0)
+    return Transition(PackedMaps.of(before), 1, kind, rotation, row, column, 0.5, False, None, False, True, "run", 0)
 
 
 cells = st.integers(8, 103)
@@ -41,7 +42,7 @@ def test_a_push_points_to_the_right_whatever_the_augmentation(rotation: int) -> 
     angle = 2 * np.pi * rotation / 16
     row, column = round(56 - 12 * np.sin(angle)), round(56 + 12 * np.cos(angle))
     ahead = transition(gi.PUSH, row, column, rotation)
-    push = Transition(ahead.before, 1, gi.PUSH, rotation, 56, 56, 0.25, False, None, False, "run", 0)
+    push = Transition(ahead.seen, 1, gi.PUSH, rotation, 56, 56, 0.25, False, None, False, False, "run", 0)
     for seed in range(4):
         planes, (at_row, at_column) = example(push, PLANES, np.random.default_rng(seed))
         assert planes[4, at_row, at_column + 12] > 0.95

@@ -17,14 +17,14 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
 
 
 def test_bad_input_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    empty = tmp_path / "logs"
+    empty = tmp_path / "dataset"
     empty.mkdir()
     out = ("--out", tmp_path / "checkpoints")
-    assert "no MCAP logs" in refusal(capsys, "critic", "--logs", empty, *out)
-    assert "nowhere.mcap" in refusal(capsys, "critic", "--logs", tmp_path / "nowhere.mcap", *out)
-    (empty / "garbage.mcap").write_bytes(b"garbage" * 100)
-    assert "garbage.mcap" in refusal(capsys, "classifier", "--logs", empty, *out)
-    assert "--steps must be at least 1" in refusal(capsys, "critic", "--logs", empty, *out, "--steps", "0")
+    assert "it holds no manifest.json" in refusal(capsys, "critic", "--dataset", empty, *out)
+    assert "there is no such folder" in refusal(capsys, "critic", "--dataset", tmp_path / "nowhere", *out)
+    (empty / "manifest.json").write_bytes(b"garbage" * 100)
+    assert "manifest.json is not valid" in refusal(capsys, "classifier", "--dataset", empty, *out)
+    assert "--steps must be at least 1" in refusal(capsys, "critic", "--dataset", empty, *out, "--steps", "0")
 
 
 @pytest.mark.parametrize("arguments", [[], ["painter"], ["critic"], ["segmenter", "--renders", "x", "--out"]])

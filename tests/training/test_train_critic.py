@@ -17,8 +17,9 @@ from grasping_invisible.training.checkpoint import load_checkpoint
 from grasping_invisible.training.classifier_net import ClassifierNet
 from grasping_invisible.training.critic_design import CriticDesign, load_critic
 from grasping_invisible.training.critic_score import auc
+from grasping_invisible.training.experience import Experience
 from grasping_invisible.training.light_critic import LightCritic
-from grasping_invisible.training.split import split
+from grasping_invisible.training.packed_maps import PackedMaps
 from grasping_invisible.training.train_classifier import (
     ClassifierTraining,
     Examples,
@@ -40,9 +41,11 @@ def grasp(rng: np.random.Generator, run: int) -> Transition:
     height = np.where(labels > 0, 0.1 if success else 0.02, 0.0).astype(np.float32)
     color = np.full((224, 224, 3), 128, np.uint8)
     before = Heightmaps(run, color, height, labels, Workspace())
-    after = None if success else before
+    seen = PackedMaps.of(before)
     reward = 1.0 if success else 0.5
-    return Transition(before, 1, gi.GRASP, 0, row, column, reward, success, after, False, f"run-{run}", 0)
+    return Transition(
+        seen, 1, gi.GRASP, 0, row, column, reward, success, None if success else seen, False, True, f"run-{run}", 0
+    )
 
 
 @pytest.fixture(scope="module")
@@ -51,20 +54,18 @@ def transitions() -> list[Transition]:
     return [grasp(rng, run) for run in range(60)]
 
 
-def test_no_run_is_on_both_sides_of_the_split(transitions: list[Transition]) -> None:
-    taught, held_out = split(transitions)
-    assert taught
-    assert held_out
-    assert not {item.run for item in taught} & {item.run for item in held_out}
+@pytest.fixture(scope="module")
+def experience(transitions: list[Transition]) -> Experience:
+    return Experience(transitions[:50], transitions[50:], ("a dataset",), {"reward": 1})
 
 
-def test_the_critic_learns_and_the_classifier_from_it(transitions: list[Transition], tmp_path: Path) -> None:
+def test_the_critic_learns_and_the_classifier_from_it(experience: Experience, tmp_path: Path) -> None:
     settings = CriticTraining(tmp_path / "critic.pt", steps=60, rounds=1, batch=12, learning_rate=5e-3)
-    checkpoint = train_critic(settings, transitions, QUIET)
+    checkpoint = train_critic(settings, experience, QUIET)
     assert checkpoint.scores["grasp_auc"] > 0.9
 
     classifier = ClassifierTraining(tmp_path / "classifier.pt", tmp_path / "critic.pt", steps=200)
-    scores = train_classifier(classifier, transitions, QUIET).scores
+    scores = train_classifier(classifier, experience, QUIET).scores
     assert scores["auc"] > 0.9
     assert load_checkpoint(classifier.checkpoint, "classifier").scores == scores
 
@@ -79,8 +80,9 @@ def test_next_states_of_pushes_count_half(transitions: list[Transition]) -> None
         }
         head.quarters.load_state_dict(constant)
     failed = next(item for item in transitions if not item.success)
-    push = replace(failed, kind=gi.PUSH, reward=0.25, after=failed.before)
-    gone = replace(push, after=replace(push.before, labels=np.zeros_like(push.before.labels)))
+    push = replace(failed, kind=gi.PUSH, reward=0.25, then=failed.seen)
+    before, _ = push.before()
+    gone = replace(push, then=PackedMaps.of(replace(before, labels=np.zeros_like(before.labels))))
     some = Replay([failed, push, gone])
     value_next_states(net, some.transitions, some.targets, 0, QUIET)
     np.testing.assert_allclose(some.targets.numpy(), [0.5, 0.25 + 0.5 * 0.7, 0.25], atol=1e-6)
@@ -96,11 +98,6 @@ def test_replay_prefers_what_it_was_wrong_about(transitions: list[Transition]) -
     assert weights[indices.index(3)] < weights.max()
 
 
-def test_too_few_transitions_are_refused(transitions: list[Transition], tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match="too few"):
-        train_critic(CriticTraining(tmp_path / "critic.pt"), transitions[:1], QUIET)
-
-
 def test_auc() -> None:
     values = np.array([0.1, 0.2, 0.3, 0.3], np.float32)
     assert auc(values, np.array([False, False, True, True])) == 1.0
@@ -114,23 +111,23 @@ def test_classifier_scores() -> None:
     assert score_classifier(net, examples)["grasped_share"] == 0.75
 
 
-def test_a_checkpoint_gives_the_network_back(transitions: list[Transition], tmp_path: Path) -> None:
+def test_a_checkpoint_gives_the_network_back(experience: Experience, tmp_path: Path) -> None:
     path = tmp_path / "critic.pt"
-    train_critic(CriticTraining(path, steps=2, rounds=2, batch=2), transitions[:20], QUIET)
+    train_critic(CriticTraining(path, steps=2, rounds=2, batch=2), experience, QUIET)
     assert isinstance(load_critic(path), LightCritic)
 
 
-def test_a_critic_without_colour_learns_and_says_so(transitions: list[Transition], tmp_path: Path) -> None:
+def test_a_critic_without_colour_learns_and_says_so(experience: Experience, tmp_path: Path) -> None:
     path = tmp_path / "critic.pt"
     settings = CriticTraining(path, CriticDesign(inputs="depth+mask"), steps=60, rounds=1, batch=12, learning_rate=5e-3)
-    checkpoint = train_critic(settings, transitions, QUIET)
+    checkpoint = train_critic(settings, experience, QUIET)
     assert checkpoint.scores["grasp_auc"] > 0.9
     assert checkpoint.trained_on["inputs"] == "depth+mask"
     assert load_critic(path).planes == 2
     with pytest.raises(BadInput, match=r"another design \(light, depth\+mask, not light, color\+depth\+mask\)"):
-        train_critic(replace(settings, design=CriticDesign()), transitions, QUIET)
+        train_critic(replace(settings, design=CriticDesign()), experience, QUIET)
 
 
-def test_weights_from_imagenet_are_for_the_densenet(transitions: list[Transition], tmp_path: Path) -> None:
+def test_weights_from_imagenet_are_for_the_densenet(experience: Experience, tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="for the network densenet, not for light"):
-        train_critic(CriticTraining(tmp_path / "critic.pt", imagenet=tmp_path / "any.pth"), transitions, QUIET)
+        train_critic(CriticTraining(tmp_path / "critic.pt", imagenet=tmp_path / "any.pth"), experience, QUIET)
