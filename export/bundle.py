@@ -1,5 +1,6 @@
 """From checkpoints to a model bundle."""
 
+from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 
@@ -26,9 +27,17 @@ PROBABILITY_TOLERANCE = 1e-5
 LABEL_TOLERANCE = 1e-3  # share of pixels whose two best classes are too close for two orders of summation
 
 
-def export_checkpoints(folder: Path, out: Path) -> Manifest:
-    """The bundle of `segmenter.pt`, `critic.pt` and `classifier.pt`; raises `BadInput` or `ParityError`."""
-    return export_bundle({kind: load_checkpoint(folder / f"{kind}.pt", kind) for kind in MODELS}, out)
+def export_checkpoints(folders: Sequence[Path], out: Path) -> Manifest:
+    """The bundle of `segmenter.pt`, `critic.pt` and `classifier.pt`, each from the first folder that holds it.
+
+    Raises `BadInput` or `ParityError`.
+    """
+    return export_bundle({kind: load_checkpoint(_found(folders, f"{kind}.pt"), kind) for kind in MODELS}, out)
+
+
+def _found(folders: Sequence[Path], name: str) -> Path:
+    """Where a checkpoint is; in the last folder where it is in none."""
+    return next((folder / name for folder in folders if (folder / name).is_file()), folders[-1] / name)
 
 
 def export_bundle(checkpoints: dict[str, Checkpoint], out: Path) -> Manifest:

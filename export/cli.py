@@ -25,7 +25,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="gi-export", description="Export trained checkpoints as the model bundle that the runtime loads."
     )
-    parser.add_argument("--checkpoints", type=Path, required=True, metavar="DIR", help="what gi-train wrote")
+    parser.add_argument("--checkpoints", type=Path, nargs="+", required=True, metavar="DIR", help="what gi-train wrote")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the new bundle")
     parser.add_argument("--threads", type=int, default=DEFAULT_THREADS, help="ONNX Runtime threads to time with")
     options = parser.parse_args(arguments)
