@@ -20,10 +20,12 @@ from grasping_invisible.data.dataset.info import DatasetInfo, info_of
 from grasping_invisible.data.dataset.placement import SHARDS
 from grasping_invisible.data.dataset.reader import Dataset
 from grasping_invisible.data.dataset.rebuild import Rebuild, rebuild
+from grasping_invisible.data.dataset.sample import draw_rows
 from grasping_invisible.data.errors import BadRequest
 from grasping_invisible.data.log_commands import wording
 from grasping_invisible.data.log_commands.output import console
 
+MOST_SAMPLES = 40
 _CODES = "exit codes: 0 fine, 1 check found something or with --strict logs were left out, 2 bad usage or input, "
 
 
@@ -44,6 +46,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_rebuild(commands.add_parser("rebuild", help="logs to a dataset; goes on where it was interrupted"))
     _add_info(commands.add_parser("info", help="rows, runs, splits, outcomes, rules and where all is from"))
     _add_check(commands.add_parser("check", help="is it what its manifest says? exit code 0 or 1"))
+    _add_sample(commands.add_parser("sample", help="a picture of some rows"))
     return parser
 
 
@@ -156,6 +159,34 @@ def _check(options: argparse.Namespace) -> int:
     if found:
         return 1
     out.print(Text(f"{options.dataset}: whole and as its manifest says"))
+    return 0
+
+
+def _add_sample(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("dataset", type=Path, metavar="DIR")
+    parser.add_argument("--out", type=Path, required=True, metavar="FILE.png", help="written over if it is there")
+    parser.add_argument("--count", type=int, default=6, help="rows at most")
+    parser.add_argument("--seed", type=int, default=0, help="other seeds show other rows")
+    parser.add_argument("--split", choices=list(SHARDS), help="only this side")
+    parser.add_argument(
+        "--where", action="append", default=[], metavar="COLUMN=VALUE", help="only such rows; may be given again"
+    )
+    parser.set_defaults(run=_sample)
+
+
+def _sample(options: argparse.Namespace) -> int:
+    if not 1 <= options.count <= MOST_SAMPLES:
+        raise BadRequest(f"--count must be 1 to {MOST_SAMPLES}, not {options.count}")
+    if options.out.suffix.lower() != ".png":
+        raise BadRequest(f"--out must be a .png file, not {options.out}")
+    from grasping_invisible.data.dataset.sample_picture import draw_samples  # matplotlib is for no other command
+
+    dataset = Dataset(options.dataset)
+    rows = draw_rows(dataset, options.count, options.seed, options.split, options.where)
+    chosen = ", ".join(filter(None, [options.split, *options.where])) or "all"
+    title = f"{options.dataset.resolve().name}: {len(rows)} of {dataset.manifest.rows} motions ({chosen})"
+    draw_samples(rows, title, options.out)
+    console().print(Text(f"{len(rows)} rows in {options.out}"))
     return 0
 
 

@@ -33,7 +33,7 @@ def log_sha256(parts: list[Path]) -> str:
 def waiting_path(waiting: Path, key: tuple[str, str]) -> Path:
     """Where the rows of a log wait, by what they depend on."""
     depends_on = repr((key, FORMAT, sorted(RULES.items()), WRITER))
-    return waiting / f"{hashlib.sha256(depends_on.encode()).hexdigest()[:32]}.parquet"
+    return waiting / f"{hashlib.sha256(depends_on.encode()).hexdigest()[:32]}.rows"
 
 
 def waiting_entry(waiting: Path, key: tuple[str, str]) -> LogEntry | None:

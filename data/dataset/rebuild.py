@@ -36,6 +36,7 @@ from grasping_invisible.data.log_files import logs_at
 from grasping_invisible.data.progress import bar
 
 WORK = ".rebuild"  # inside the dataset: rows and shards on their way, and what is known of files
+NEW_SHARDS = "shards"
 
 
 class Rebuild(msgspec.Struct, frozen=True):
@@ -69,9 +70,10 @@ def rebuild(paths: Sequence[Path], out: Path, workers: int, console: Console) ->
         new = _write_shards(changed, out, work, list(sources.entries.values()), run_all, console)
         kept = [plan.before for plan in plans if plan.before is not None and _is_there(plan, out)]
         manifest = manifest_of([*kept, *new], list(sources.entries.values()), sources.copies, sources.left_out)
-        if manifest != before:
+        if new or manifest != before:
             _swap(out, work, new, manifest)
         shutil.rmtree(waiting)
+        shutil.rmtree(work / NEW_SHARDS, ignore_errors=True)
     read = [read for read in sources.reads if read.entry is not None]
     gone = len(known.keys() - sources.entries.keys())
     return Rebuild(manifest, len(new), len(read), sum(one.bytes for one in read), gone)
@@ -155,7 +157,12 @@ def _write_shards(
 
 
 def _write_shard(plan: ShardPlan, out: Path, work: Path, logs: list[LogEntry]) -> ShardEntry:
-    return write_shard(plan, out, work / "rows", logs, work / "shards" / plan.path)
+    return write_shard(plan, out, work / "rows", logs, _new_path(work, plan.path))
+
+
+def _new_path(work: Path, shard: str) -> Path:
+    """Where a shard is written; nobody who looks for Parquet files below the dataset shall find it there."""
+    return work / NEW_SHARDS / f"{shard}.new"
 
 
 def _swap(out: Path, work: Path, new: list[ShardEntry], manifest: Manifest) -> None:
@@ -165,7 +172,7 @@ def _swap(out: Path, work: Path, new: list[ShardEntry], manifest: Manifest) -> N
         (out / FILE_NAME).unlink(missing_ok=True)
         for shard in new:
             (out / shard.path).parent.mkdir(exist_ok=True)
-            os.replace(work / "shards" / shard.path, out / shard.path)
+            os.replace(_new_path(work, shard.path), out / shard.path)
         wanted = {shard.path for shard in manifest.shards}
         for path in [path for split in SHARDS for path in (out / split).glob("*.parquet")]:
             if path.relative_to(out).as_posix() not in wanted:

@@ -71,10 +71,11 @@ def _waiting_rows(path: Path, log: LogEntry, wanted: ShardRun) -> Iterator[pa.Ta
 
 
 class _OldRows:
-    """The rows of a shard, taken from its front to its end."""
+    """The rows of a shard that is there, some of whose runs are wanted, in their order."""
 
     def __init__(self, path: Path, runs: Sequence[ShardRun]) -> None:
         self._path = path
+        self._group: tuple[int, pa.Table] | None = None  # the one read last: runs are shorter than row groups
         self._starts: dict[ShardRun, int] = {}
         start = 0
         for run in runs:
@@ -87,9 +88,14 @@ class _OldRows:
     def rows_of(self, run: ShardRun) -> Iterator[pa.Table]:
         """The rows of one run, group by group."""
         first, end = self._starts[run], self._starts[run] + run.rows
-        with pq.ParquetFile(self._path) as file:
-            for group in range(first // GROUP_ROWS, -(-end // GROUP_ROWS)):
-                begins = group * GROUP_ROWS
-                table = file.read_row_group(group)
-                low, high = max(first - begins, 0), min(end - begins, len(table))
-                yield table.slice(low, high - low).cast(SCHEMA)
+        for group in range(first // GROUP_ROWS, -(-end // GROUP_ROWS)):
+            begins = group * GROUP_ROWS
+            table = self._read(group)
+            low, high = max(first - begins, 0), min(end - begins, len(table))
+            yield table.slice(low, high - low)
+
+    def _read(self, group: int) -> pa.Table:
+        if self._group is None or self._group[0] != group:
+            with pq.ParquetFile(self._path) as file:
+                self._group = group, file.read_row_group(group).cast(SCHEMA)
+        return self._group[1]
