@@ -9,6 +9,13 @@ import torch
 
 from grasping_invisible.runtime.errors import BadInput
 
+SHIPPED = "shipped"  # stands for the folder of checkpoints that the shipped bundle was exported from
+
+
+def checkpoint_folder(name: str) -> Path:
+    """The folder of checkpoints that a person named."""
+    return Path(__file__).parent / "checkpoints" if name == SHIPPED else Path(name)
+
 
 @dataclass
 class Checkpoint:

@@ -11,7 +11,7 @@ from rich.table import Table
 
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.rotation import CRITIC_INPUTS
-from grasping_invisible.training.checkpoint import Checkpoint
+from grasping_invisible.training.checkpoint import SHIPPED, Checkpoint, checkpoint_folder
 from grasping_invisible.training.command import run_command
 from grasping_invisible.training.critic_design import NETWORKS, CriticDesign
 from grasping_invisible.training.experience import read_experience
@@ -39,9 +39,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="MODEL")
     _add_segmenter(commands.add_parser("segmenter", help="from synthetic renders, made where they are missing"))
     _add_critic(commands.add_parser("critic", help="from datasets of motions"))
-    _add_classifier(
-        commands.add_parser("classifier", help="from datasets of motions and the critic in --out")
-    )
+    _add_classifier(commands.add_parser("classifier", help="from datasets of motions and the critic in --out"))
     return parser
 
 
@@ -76,6 +74,12 @@ def _add_critic(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--network", choices=NETWORKS, default=defaults.design.network, help="densenet: the paper's")
     parser.add_argument("--inputs", choices=CRITIC_INPUTS, default=defaults.design.inputs, help="what it sees")
     parser.add_argument(
+        "--begin",
+        type=checkpoint_folder,
+        metavar="DIR",
+        help=f"go on from the critic's checkpoint in a folder; '{SHIPPED}': from that of the shipped models",
+    )
+    parser.add_argument(
         "--imagenet", type=Path, metavar="FILE", help="torchvision's DenseNet-121 (.pth, .safetensors) to begin with"
     )
     _add_common(parser, defaults.steps)
@@ -87,6 +91,7 @@ def _critic(options: argparse.Namespace, console: Console) -> Checkpoint:
         checkpoint=options.out / "critic.pt",
         design=CriticDesign(options.network, options.inputs),
         imagenet=options.imagenet,
+        begin=options.begin and options.begin / "critic.pt",
         steps=_positive(options, "steps"),
         rounds=_positive(options, "rounds"),
         batch=_positive(options, "batch"),

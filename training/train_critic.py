@@ -16,7 +16,7 @@ from grasping_invisible.data.progress import bar
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.manifest import file_sha256
-from grasping_invisible.training.checkpoint import Checkpoint
+from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights
 from grasping_invisible.training.critic_batch import example, executed_values
 from grasping_invisible.training.critic_design import CriticDesign
 from grasping_invisible.training.critic_net import CriticNet
@@ -47,12 +47,14 @@ class CriticTraining:
     """How to train. `rounds`: the values of next states are computed anew at the start of each but the first.
 
     In the first round next states count nothing: the critic learns what motions do before what they lead to.
-    `imagenet`: weights that a DenseNet's trunk begins with, see `imagenet_weights`.
+    `imagenet`: weights that a DenseNet's trunk begins with, see `imagenet_weights`. `begin`: a critic's checkpoint to
+    go on from, of the same design; it knows what motions do, so its next states count from the first round on.
     """
 
     checkpoint: Path
     design: CriticDesign = field(default_factory=CriticDesign)
     imagenet: Path | None = None
+    begin: Path | None = None
     steps: int = 2000
     rounds: int = 3
     batch: int = 32
@@ -80,7 +82,7 @@ def train_critic(settings: CriticTraining, experience: Experience, console: Cons
     )
     ends = [settings.steps * (index + 1) // settings.rounds for index in range(settings.rounds)]
     for start, end in zip([0, *ends], ends, strict=False):
-        if session.step == start and start > 0 and not session.finished:
+        if session.step == start and (start > 0 or settings.begin) and not session.finished:
             for part in (replay, watched):
                 value_next_states(net, part.transitions, part.targets, settings.seed + start, console)
         if session.step < end:
@@ -162,6 +164,9 @@ def _untrained(settings: CriticTraining) -> tuple[CriticNet, dict[str, str]]:
             raise BadInput(f"weights from ImageNet are for the network densenet, not for {settings.design.network}")
         load_imagenet(net.trunk, settings.imagenet)
         design["imagenet_sha256"] = file_sha256(settings.imagenet)
+    if settings.begin is not None:
+        load_weights(net, load_checkpoint(settings.begin, "critic"), settings.begin)
+        design["begun_with_sha256"] = file_sha256(settings.begin)
     return net.to(training_device()), design
 
 

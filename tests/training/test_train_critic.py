@@ -12,8 +12,9 @@ from rich.console import Console
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.heightmap import Heightmaps
+from grasping_invisible.runtime.manifest import file_sha256
 from grasping_invisible.runtime.workspace import Workspace
-from grasping_invisible.training.checkpoint import load_checkpoint
+from grasping_invisible.training.checkpoint import SHIPPED, checkpoint_folder, load_checkpoint
 from grasping_invisible.training.classifier_net import ClassifierNet
 from grasping_invisible.training.critic_design import CriticDesign, load_critic
 from grasping_invisible.training.critic_score import auc
@@ -68,6 +69,25 @@ def test_the_critic_learns_and_the_classifier_from_it(experience: Experience, tm
     scores = train_classifier(classifier, experience, QUIET).scores
     assert scores["auc"] > 0.9
     assert load_checkpoint(classifier.checkpoint, "classifier").scores == scores
+
+
+def test_training_goes_on_from_a_checkpoint(experience: Experience, tmp_path: Path) -> None:
+    shipped = checkpoint_folder(SHIPPED) / "critic.pt"
+    settings = CriticTraining(tmp_path / "critic.pt", begin=shipped, steps=1, rounds=1, batch=2, learning_rate=1e-6)
+    checkpoint = train_critic(settings, experience, QUIET)
+    for name, weights in load_checkpoint(shipped, "critic").weights.items():
+        if weights.is_floating_point() and "running" not in name:
+            torch.testing.assert_close(checkpoint.weights[name], weights, atol=1e-4, rtol=0)
+    assert checkpoint.design["begun_with_sha256"] == file_sha256(shipped)
+
+
+def test_training_goes_on_only_with_the_same_design(experience: Experience, tmp_path: Path) -> None:
+    blind = CriticDesign(inputs="depth+mask")
+    begin = checkpoint_folder(SHIPPED) / "critic.pt"
+    with pytest.raises(BadInput, match=r"critic\.pt does not fit"):
+        train_critic(CriticTraining(tmp_path / "critic.pt", blind, begin=begin), experience, QUIET)
+    with pytest.raises(BadInput, match="no critic checkpoint"):
+        train_critic(CriticTraining(tmp_path / "critic.pt", begin=tmp_path / "none.pt"), experience, QUIET)
 
 
 def test_next_states_of_pushes_count_half(transitions: list[Transition]) -> None:
