@@ -15,6 +15,8 @@ from grasping_invisible.runtime.loop import Goal, RunPlan, RunProgress, run_loop
 from grasping_invisible.runtime.perception import MIN_TARGET_PIXELS
 from grasping_invisible.sim_robot.robot import SimRobot
 from grasping_invisible.sim_robot.scene import load_scene, scene_names
+from grasping_invisible.training.evaluation_log import logged_run
+from grasping_invisible.training.evaluation_methods import Method
 from grasping_invisible.training.worker import loaded_bundle
 
 SUITES = ("exploration", "coordination", "invisible")
@@ -47,6 +49,7 @@ class TrialResult(msgspec.Struct, frozen=True):
     found: bool
     found_truth: bool
     motions: int
+    max_motions: int
     decision_ms: tuple[float, ...]
     failure: str | None = None
 
@@ -80,29 +83,37 @@ def _sources_of(suite: str) -> list[str]:
 
 
 def run_trials(
-    trials: Sequence[Trial], models: Path | None, exploration: str, coordination: str, workers: int
+    trials: Sequence[Trial], models: Path | None, method: Method, workers: int, log_dir: Path | None = None
 ) -> Iterator[TrialResult]:
-    """Make the runs in `workers` processes; yields each result when it is there, in no particular order."""
-    run = partial(run_trial, models=models, exploration=exploration, coordination=coordination)
+    """Make the runs in `workers` processes; yields each result when it is there, in no particular order.
+
+    `log_dir`: where each run leaves a log, if anywhere.
+    """
+    run = partial(run_trial, models=models, method=method, log_dir=log_dir)
     # Spawned: a fork would share PyBullet's and ONNX Runtime's threads. Leaving the pool ends its processes.
     with get_context("spawn").Pool(workers, initializer=prepare_worker) as pool:
         yield from pool.imap_unordered(run, trials)
 
 
-def run_trial(trial: Trial, models: Path | None, exploration: str, coordination: str) -> TrialResult:
+def run_trial(trial: Trial, models: Path | None, method: Method, log_dir: Path | None = None) -> TrialResult:
     """Make one run in this process."""
     bundle = loaded_bundle(models)
     scene = load_scene(trial.scene)
     robot = SimRobot(scene, trial.seed)
     progress, failure = RunProgress(), None
+    settings = DecisionSettings(scene.target, robot.workspace, method.exploration, method.coordination)
+    plan = RunPlan(seed=trial.seed, max_motions=trial.max_motions, goal=trial.goal)
     try:
-        settings = DecisionSettings(scene.target, robot.workspace, exploration, coordination)
-        plan = RunPlan(seed=trial.seed, max_motions=trial.max_motions, goal=trial.goal)
-        run_loop(robot, bundle, settings, plan, (), progress)
-        truth = robot.truth()
+        if log_dir is None:
+            run_loop(robot, bundle, settings, plan, (), progress)
+        else:
+            log = log_dir / f"{trial.name}-{trial.seed}.mcap"
+            with logged_run(log, robot, bundle, method, plan, progress) as (spoken, watcher):
+                run_loop(spoken, bundle, settings, plan, (watcher,), progress)
     except RobotError as error:
-        failure, truth = str(error), robot.truth()
+        failure = str(error)
     finally:
+        truth = robot.truth()
         robot.close()
     targets = {item.name: item.visible_pixels for item in truth.objects if item.color == scene.target}
     judged = progress.found if trial.goal is Goal.FIND else progress.grasped
@@ -114,6 +125,7 @@ def run_trial(trial: Trial, models: Path | None, exploration: str, coordination:
         found=progress.found,
         found_truth=sum(targets.values()) >= MIN_TARGET_PIXELS,
         motions=progress.motions,
+        max_motions=trial.max_motions,
         decision_ms=tuple(progress.decision_ms),
         failure=failure,
     )

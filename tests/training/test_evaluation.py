@@ -1,13 +1,15 @@
-import json
 from pathlib import Path
 
 import pytest
 
+from grasping_invisible.data.log_check import check_log
+from grasping_invisible.runtime.bundle import load_bundle
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.loop import Goal
-from grasping_invisible.sim_robot.scene import Scene, SceneObject, save_scene
-from grasping_invisible.training.eval_cli import main
-from grasping_invisible.training.evaluation import trials_of
+from grasping_invisible.runtime.replay import replay_log
+from grasping_invisible.training.evaluation import Trial, run_trial, trials_of
+from grasping_invisible.training.evaluation_methods import method_named
+from grasping_invisible.training.failed_runs import read_runs
 
 
 def test_suites_are_the_papers():
@@ -23,25 +25,25 @@ def test_suites_are_the_papers():
     assert {trial.seed for trial in exploration} == {1000, 1001}
 
 
-def test_unknown_names_are_answered_with_the_known_ones(capsys):
+def test_an_unknown_suite_is_answered_with_the_known_ones():
     with pytest.raises(BadInput, match="exploration, coordination, invisible"):
         trials_of("nothing", 1, 0)
-    assert main(["run", "--suite", "coordination", "--method", "magic"]) == 2
-    assert "clutter-prior" in capsys.readouterr().err
 
 
-def test_a_scene_file_is_measured_and_the_results_are_kept(tmp_path: Path, capsys):
-    cube = SceneObject(shape="cube", color="red", position=(0.0, 0.0, 0.026))
-    # Called otherwise than its file: results go by the scene's own name.
-    save_scene(Scene(name="lone", target="red", max_motions=2, objects=(cube,)), tmp_path / "a_cube.toml")
-    arguments = ["run", "--suite", str(tmp_path / "a_cube.toml"), "--runs", "1", "--json"]
-    arguments += ["--results", str(tmp_path / "results.jsonl")]
-    assert main(arguments) == 0
-    summary = json.loads(capsys.readouterr().out.splitlines()[-1])
-    assert summary["runs"] == 1
-    assert set(summary["scenes"]) == {"lone"}
-    assert summary["success_interval"][0] <= summary["success_rate"] <= summary["success_interval"][1]
-    kept = (tmp_path / "results.jsonl").read_text()
-    assert main(arguments) == 0  # nothing is left to run
-    assert (tmp_path / "results.jsonl").read_text() == kept
-    assert json.loads(capsys.readouterr().out.splitlines()[-1]) == summary
+def test_the_log_of_a_run_is_whole_and_every_decision_in_it_replays(tmp_path: Path):
+    trial = Trial("exploration-03", "exploration-03", 3, Goal.FIND, 2)
+    result = run_trial(trial, None, method_named("mechanical-search"), tmp_path)
+    (log,) = tmp_path.iterdir()
+    assert log.name == "exploration-03-3.mcap"
+    assert check_log(log).problems == []
+    (run,) = read_runs(log)
+    assert (run.start.scene, run.start.seed, run.start.max_motions) == ("exploration-03", 3, 2)
+    assert run.suite == "exploration"
+    assert run.method == "mechanical-search, mechanical-search"
+    assert len(run.steps) == result.motions == len(result.decision_ms)
+    assert run.summary is not None
+    assert run.summary.ended_because == ("found" if result.success else "budget")
+    assert run.last_truth is not None
+    replayed = replay_log(log, load_bundle(threads=1))
+    assert replayed.checked == result.motions
+    assert replayed.identical

@@ -1,0 +1,88 @@
+"""`gi-eval` from the command line, on a scene that takes a moment."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from grasping_invisible.runtime.bundle import shipped_models
+from grasping_invisible.sim_robot.scene import Scene, SceneObject, save_scene
+from grasping_invisible.training.eval_cli import main
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    cube = SceneObject(shape="cube", color="red", position=(0.0, 0.0, 0.026))
+    # Called otherwise than its file: results go by the scene's own name.
+    save_scene(Scene(name="lone", target="red", max_motions=2, objects=(cube,)), tmp_path / "a_cube.toml")
+    return tmp_path / "a_cube.toml"
+
+
+def test_a_scene_file_is_measured_logged_compared_and_goes_on(scene: Path, tmp_path: Path, capsys):
+    results = tmp_path / "results.jsonl"
+    arguments = ["run", "--suite", str(scene), "--runs", "1", "--workers", "1", "--json", "--results", str(results)]
+    assert main([*arguments, "--log-dir", str(tmp_path / "logs")]) == 0
+    summary = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert (summary["runs"], summary["method"], summary["seed"]) == (1, "ours", 0)
+    assert set(summary["scenes"]) == {"lone"}
+    assert summary["success_interval"][0] <= summary["success_rate"] <= summary["success_interval"][1]
+    kept = results.read_text()
+
+    assert main(arguments) == 0  # nothing is left to run
+    assert results.read_text() == kept
+    assert json.loads(capsys.readouterr().out.splitlines()[-1]) == summary
+
+    assert main([*arguments, "--method", "rand"]) == 2
+    assert "holds results of ours by bundle" in capsys.readouterr().err
+
+    assert main(["compare", str(results), str(results), "--json"]) == 0
+    compared = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert compared["overall"]["pairs"] == 1
+    assert compared["verdict"] == "no difference beyond noise"
+
+    assert main(["failures", str(tmp_path / "logs"), "--out", str(tmp_path / "why")]) == 0
+    assert "## lone: explorer, coordinator" in (tmp_path / "why" / "failures.md").read_text()
+    assert f"of {summary['runs']} runs failed" in capsys.readouterr().out
+
+
+def test_two_bundles_are_compared_on_the_same_runs(scene: Path, tmp_path: Path, capsys):
+    models = ["--models", str(shipped_models()), "--models", str(shipped_models())]
+    kept = ["--results", str(tmp_path / "kept"), "--workers", "1", "--json"]
+    assert main(["compare", "--suite", str(scene), "--runs", "1", *models, *kept]) == 0
+    compared = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert compared["overall"]["first"] == compared["overall"]["second"]
+    (file,) = (tmp_path / "kept").iterdir()  # the same bundle twice
+    assert file.name.startswith("a_cube-ours-")
+
+
+def test_tables_of_stored_results(results_file, result_of, tmp_path: Path, capsys):
+    file = results_file("coordination", "ours", [result_of("coordination-00", 0, True, 2)])
+    assert main(["tables", str(file.parent), "--out", str(tmp_path / "out")]) == 0
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"tables.md", "coordination.png"}
+    assert capsys.readouterr().out.strip() == (tmp_path / "out" / "tables.md").read_text().strip()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["run", "--suite", "coordination", "--method", "magic"], "clutter-prior"),
+        (["run", "--suite", "nothing"], "exploration, coordination, invisible"),
+        (["run", "--suite", "coordination", "--runs", "0"], "--runs must be at least 1"),
+        (["run", "--suite", "coordination", "--workers", "0"], "--workers must be at least 1"),
+        (["run", "--suite", "coordination", "--models", "nowhere"], "no model bundle"),
+        (["compare", "one.jsonl"], "two files of results, or --models twice"),
+        (["compare", "--models", "a", "--models", "b"], "--models needs --suite"),
+        (["compare", "one.jsonl", "two.jsonl"], "one.jsonl"),
+        (["tables", ".", "--out", "out"], "holds no results"),
+        (["failures", ".", "--out", "out"], "holds no logs"),
+        (["failures", "no.mcap", "--out", "out"], "no run with a decision"),
+        (["protocol", "--models", "nowhere", "--out", "out"], "no model bundle"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line(arguments, complaint, tmp_path: Path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(arguments) == 2
+    said = capsys.readouterr().err
+    assert complaint in said
+    assert "Traceback" not in said
+    assert said.strip().splitlines()[-1].startswith("gi-eval: ")

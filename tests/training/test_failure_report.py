@@ -1,0 +1,56 @@
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from grasping_invisible.data.images import encode_color
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.data.recorder import Recorder
+from grasping_invisible.data.topics import COLOR_IMAGE
+from grasping_invisible.training.failed_runs import failure_of
+from grasping_invisible.training.failure_report import draw_failures, failure_tables
+
+
+def runs_of(steps):
+    blocked, beside = steps.step(gi.GRASP, status=gi.BLOCKED), steps.step(gi.GRASP)
+    made = [
+        steps.run(blocked, blocked, beside),
+        steps.run(blocked),
+        steps.run(beside),
+        steps.run(blocked, ended="grasped"),
+    ]
+    return [(run, failure_of(run)) for run in made]
+
+
+def test_causes_and_motions_are_counted_for_each_suite_and_method(steps):
+    assert failure_tables(runs_of(steps)) == (
+        "## invisible: explorer, coordinator\n\n"
+        "3 of 4 runs failed.\n\n"
+        "| cause | runs | for example |\n|---|---|---|\n"
+        "| a grasp's fingers met a neighbour | 2 | exploration-00, seed 4 |\n"
+        "| a grasp closed beside the target | 1 | exploration-00, seed 4 |\n\n"
+        "| of their 5 motions | how many |\n|---|---|\n"
+        "| a grasp's fingers met a neighbour | 3 |\n"
+        "| a grasp closed beside the target | 2 |\n"
+    )
+
+
+def test_the_sheet_has_a_row_for_each_cause_and_is_the_same_again(steps, tmp_path: Path):
+    steps.path = tmp_path / "run.mcap"
+    with Recorder(steps.path) as recorder:
+        picture = encode_color(np.full((48, 64, 3), 90, np.uint8), 0)
+        recorder.put(COLOR_IMAGE, picture.SerializeToString(), 0)
+    failures = [failure for _, failure in runs_of(steps) if failure is not None]
+    draw_failures(failures, tmp_path / "two.png")
+    draw_failures(failures[:1], tmp_path / "one.png")
+    draw_failures(failures, tmp_path / "again.png")
+    assert (tmp_path / "two.png").read_bytes() == (tmp_path / "again.png").read_bytes()
+    two, one = (cv2.imread(str(tmp_path / f"{name}.png")) for name in ("two", "one"))
+    assert two is not None
+    assert one is not None
+    assert two.shape[0] == 2 * one.shape[0]
+
+
+def test_no_failure_makes_no_sheet(tmp_path: Path):
+    draw_failures([], tmp_path / "none.png")
+    assert not (tmp_path / "none.png").exists()

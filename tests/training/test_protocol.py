@@ -1,0 +1,26 @@
+from collections import Counter
+from pathlib import Path
+
+from grasping_invisible.training.protocol import Protocol
+
+
+def test_the_full_protocol_is_the_papers(tmp_path: Path):
+    planned = list(
+        Protocol(out=tmp_path, depth_mask_models=tmp_path / "d", agnostic_models=tmp_path / "v").evaluations()
+    )
+    assert {(item.suite, item.runs) for item in planned} == {
+        ("exploration", 50),
+        ("coordination", 30),
+        ("invisible", 20),
+    }
+    assert Counter(item.suite for item in planned) == {"exploration": 5, "coordination": 6, "invisible": 4}
+    assert {item.method for item in planned if item.models == tmp_path / "v"} == {"vpg", "mask-vpg"}
+    assert {(item.method, item.name) for item in planned if item.models == tmp_path / "d"} == {("ours", "depth+mask")}
+    assert len({item.results for item in planned}) == len(planned)
+
+
+def test_without_more_bundles_all_is_measured_with_one(tmp_path: Path):
+    planned = list(Protocol(out=tmp_path, models=tmp_path / "m", runs=1, log_dir=tmp_path / "logs").evaluations())
+    assert {(item.models, item.runs) for item in planned} == {(tmp_path / "m", 1)}
+    assert {item.name for item in planned if item.log_dir} == {"ours"}
+    assert "depth+mask" not in {item.name for item in planned}

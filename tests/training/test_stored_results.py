@@ -1,0 +1,58 @@
+from pathlib import Path
+
+import pytest
+
+from grasping_invisible.runtime.errors import BadInput
+from grasping_invisible.training.evaluation import trials_of
+from grasping_invisible.training.stored_results import Measured, ResultsFile, read_results
+
+OURS = Measured("coordination", "ours", "ours", "b" * 64)
+
+
+def test_an_interrupted_evaluation_goes_on_from_what_is_there(tmp_path: Path, result_of):
+    path = tmp_path / "new" / "results.jsonl"
+    trials = trials_of("coordination", 2, 0)
+    first = result_of(trials[0].name, trials[0].seed, True, 2)
+    ResultsFile(path, OURS).add(first)
+    file = ResultsFile(path, OURS)
+    assert file.of(trials) == {(first.scene, first.seed): first}
+    assert file.of(trials[1:]) == {}
+    (stored,) = read_results(path)
+    assert (stored.measured, stored.result) == (OURS, first)
+    assert stored.source_commit
+    assert stored.project_version
+
+
+@pytest.mark.parametrize(
+    ("other", "named"),
+    [
+        (Measured("invisible", "ours", "ours", "b" * 64), "on invisible"),
+        (Measured("coordination", "rand", "rand", "b" * 64), "rand by"),
+        (Measured("coordination", "ours", "depth+mask", "b" * 64), "as depth[+]mask"),
+        (Measured("coordination", "ours", "ours", "c" * 64), "bundle cccccccccccc"),
+    ],
+)
+def test_results_of_something_else_are_refused(tmp_path: Path, result_of, other: Measured, named: str):
+    path = tmp_path / "results.jsonl"
+    ResultsFile(path, other).add(result_of("coordination-00", 0, True, 2))
+    before = path.read_bytes()
+    with pytest.raises(BadInput, match=f"holds results of .*{named}.*, this is ours by bundle b.* on coordination"):
+        ResultsFile(path, OURS)
+    assert path.read_bytes() == before
+
+
+def test_half_a_line_that_a_kill_left_is_made_again(tmp_path: Path, result_of):
+    path = tmp_path / "results.jsonl"
+    file = ResultsFile(path, OURS)
+    for seed in range(2):
+        file.add(result_of("coordination-00", seed, True, 2))
+    path.write_bytes(path.read_bytes()[:-20])
+    again = ResultsFile(path, OURS)
+    again.add(result_of("coordination-00", 1, True, 2))
+    assert [stored.result.seed for stored in read_results(path)] == [0, 1]
+
+
+def test_another_file_is_no_file_of_results(tmp_path: Path):
+    (tmp_path / "other.jsonl").write_text('{"grasped": true}\n')
+    with pytest.raises(BadInput, match=r"other.jsonl does not hold results of gi-eval run"):
+        read_results(tmp_path / "other.jsonl")

@@ -1,0 +1,1 @@
+"""The subcommands of `gi-eval`, a module each with `register`."""

@@ -1,0 +1,64 @@
+"""`gi-eval failures`: why runs failed, counted from their logs."""
+
+import argparse
+from pathlib import Path
+
+from rich.console import Console
+
+from grasping_invisible.data.errors import BadLog
+from grasping_invisible.data.progress import bar
+from grasping_invisible.runtime.errors import BadInput
+from grasping_invisible.training.failed_runs import Failure, Run, failure_of, read_runs
+
+
+def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add the parser of `failures`."""
+    parser = commands.add_parser(
+        "failures",
+        help="why runs failed, counted from their logs",
+        description="Give every failed run one cause, from its log and ground truth, and show a picture of each.",
+    )
+    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="logs, or folders of them")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="for failures.md and failures.png")
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Write the tables and the pictures. Raises `BadInput`."""
+    write_failures(options.logs, options.out, Console(stderr=True))
+
+
+def write_failures(logs: list[Path], out: Path, console: Console) -> None:
+    """Read logs, and folders of them, and write why their runs failed. Raises `BadInput`."""
+    # It takes a second to import, which other commands need not wait for.
+    from grasping_invisible.training.failure_report import draw_failures, failure_tables
+
+    runs: list[tuple[Run, Failure | None]] = []
+    unreadable: list[str] = []
+    files = _files(logs)
+    with bar("reading logs", len(files), console) as advance:
+        for file in files:
+            try:
+                runs += [(one, failure_of(one)) for one in read_runs(file)]
+            except BadLog as error:
+                unreadable.append(str(error))
+            advance()
+    for line in unreadable:
+        console.print(f"left out: {line}", highlight=False)
+    if not runs:
+        raise BadInput("these logs hold no run with a decision")
+    text = failure_tables(runs)
+    out.mkdir(parents=True, exist_ok=True)
+    (out / "failures.md").write_text(text, encoding="utf-8")
+    draw_failures([failure for _, failure in runs if failure is not None], out / "failures.png")
+    print(text)
+
+
+def _files(paths: list[Path]) -> list[Path]:
+    files = []
+    for path in paths:
+        found = sorted(path.rglob("*.mcap")) if path.is_dir() else [path]
+        if not found:
+            raise BadInput(f"{path} holds no logs (*.mcap)")
+        files += found
+    return files

@@ -1,0 +1,72 @@
+"""An evaluation from beginning to end: which runs are left, the runs, their results."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+
+from grasping_invisible.data.progress import bar
+from grasping_invisible.runtime.bundle import load_bundle
+from grasping_invisible.runtime.errors import BadInput
+from grasping_invisible.training.evaluation import TrialResult, run_trials, trials_of
+from grasping_invisible.training.evaluation_methods import method_named
+from grasping_invisible.training.stored_results import Measured, ResultsFile
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What to measure. `runs`: of each scene. `models`: a bundle's folder, None the shipped one.
+
+    `name`: what tables call it, None the method's name. `results`: a file to keep results in and to go on from.
+    `log_dir`: a folder for the runs' logs. Raises `BadInput` for numbers or names that make no sense.
+    """
+
+    suite: str
+    method: str
+    runs: int
+    seed: int = 0
+    models: Path | None = None
+    name: str | None = None
+    results: Path | None = None
+    log_dir: Path | None = None
+
+    def __post_init__(self) -> None:
+        if self.runs < 1 or self.seed < 0:
+            raise BadInput("--runs must be at least 1, --seed at least 0")
+        method_named(self.method)
+
+    def measured(self) -> Measured:
+        """What its results are of. Raises `BundleError`."""
+        return Measured(self.suite, self.method, self.name or self.method, load_bundle(self.models).sha256)
+
+
+def evaluate(evaluation: Evaluation, workers: int, console: Console) -> list[TrialResult]:
+    """Make the runs that are missing in `workers` processes; all results, by scene and seed.
+
+    Raises `BadInput` for an unknown suite, a bundle that cannot be used, or a file of other results.
+    """
+    if workers < 1:
+        raise BadInput("--workers must be at least 1")
+    measured = evaluation.measured()
+    trials = trials_of(evaluation.suite, evaluation.runs, evaluation.seed)
+    file = None if evaluation.results is None else ResultsFile(evaluation.results, measured)
+    done = {} if file is None else file.of(trials)
+    left = [trial for trial in trials if (trial.name, trial.seed) not in done]
+    log_dir = _log_folder(evaluation)
+    with bar(f"{evaluation.suite}, {measured.name}", len(trials), console, len(done)) as advance:
+        if left:
+            for result in run_trials(left, evaluation.models, method_named(evaluation.method), workers, log_dir):
+                done[result.scene, result.seed] = result
+                if file is not None:
+                    file.add(result)
+                advance(f"{sum(item.success for item in done.values())} of {len(done)}")
+    return [done[key] for key in sorted(done)]
+
+
+def _log_folder(evaluation: Evaluation) -> Path | None:
+    """A folder for each suite and method, as both share scenes and seeds."""
+    if evaluation.log_dir is None:
+        return None
+    folder = evaluation.log_dir / f"{Path(evaluation.suite).stem}-{evaluation.name or evaluation.method}"
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder

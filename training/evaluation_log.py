@@ -1,0 +1,93 @@
+"""The log of an evaluated run: like that of a run of `gi-runtime`, but for the pictures while the arm moves."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.metadata import version
+from pathlib import Path
+
+from grasping_invisible.data.calibration_message import encode_calibration
+from grasping_invisible.data.images import encode_color, encode_depth
+from grasping_invisible.data.recorder import Recorder
+from grasping_invisible.data.topics import CAMERA_INFO, COLOR_IMAGE, DEPTH_IMAGE, TRANSFORMS
+from grasping_invisible.runtime.bundle import ModelBundle
+from grasping_invisible.runtime.bus import Bus
+from grasping_invisible.runtime.config import Config, PolicySettings, to_toml
+from grasping_invisible.runtime.errors import GraspingError
+from grasping_invisible.runtime.frame import RgbdFrame
+from grasping_invisible.runtime.frame_sets import FrameParts
+from grasping_invisible.runtime.loop import Goal, RunPlan, RunProgress, Watcher
+from grasping_invisible.runtime.robot import Robot
+from grasping_invisible.runtime.run_log import RunFacts, RunLog
+from grasping_invisible.sim_robot.robot import SimRobot
+from grasping_invisible.training.evaluation_methods import Method
+from grasping_invisible.training.experience_log import SpokenRobot
+
+_CAMERA = (COLOR_IMAGE, DEPTH_IMAGE, CAMERA_INFO, TRANSFORMS)
+FOUND = "found"  # why a run ended that was for finding alone
+
+
+class FilmedRobot(SpokenRobot):
+    """A simulated robot in this process that also says what its camera sees, whenever it is asked to look."""
+
+    def observe(self) -> RgbdFrame:
+        """What a runtime on the link would get of the frame: its messages, decoded."""
+        frame = super().observe()
+        camera, stamp = frame.camera, frame.stamp_ns
+        parts = FrameParts(
+            encode_color(frame.color, stamp),
+            encode_depth(frame.depth, stamp),
+            encode_calibration(camera.intrinsics, camera.width, camera.height, stamp),
+            self._robot.transforms(stamp),
+        )
+        for topic, message in zip(_CAMERA, vars(parts).values(), strict=True):
+            self._bus.publish(topic, message)
+        return parts.decode()
+
+
+@contextmanager
+def logged_run(
+    path: Path, robot: SimRobot, bundle: ModelBundle, method: Method, plan: RunPlan, progress: RunProgress
+) -> Iterator[tuple[Robot, Watcher]]:
+    """A robot and a watcher that leave the log of a run at `path`, in the place of one that was there.
+
+    The log is there once it is complete. Raises `OSError` where it cannot be written.
+    """
+    unfinished = path.with_suffix(".partial")
+    unfinished.unlink(missing_ok=True)
+    recorder = Recorder(unfinished)
+    bus = Bus(sinks=(recorder,))
+    scene = robot.scene
+    facts = RunFacts(
+        run_id=path.stem,
+        project_version=version("grasping-invisible"),
+        bundle_sha256=bundle.sha256,
+        onnxruntime_version=bundle.onnxruntime_version,
+        target=scene.target,
+        scene=scene.name,
+        seed=plan.seed,
+        max_motions=plan.max_motions,
+        config_toml=to_toml(Config(policy=PolicySettings(method.exploration, method.coordination))),
+        robot="simulated in this process",
+    )
+    recorder.add_metadata("run", {key: str(value) for key, value in vars(facts).items()})
+    log = RunLog(bus, scene.target)
+    log.started(facts)
+    ended_because = "failed"
+    try:
+        yield FilmedRobot(robot, bus), log
+        ended_because = _end_of(plan, progress)
+    except GraspingError as error:
+        ended_because = str(error)
+        raise
+    finally:
+        log.ended(facts.run_id, progress, ended_because, recorder.dropped_messages)
+        recorder.close()
+        if recorder.failure is not None:
+            raise OSError(recorder.failure)
+        unfinished.replace(path)
+
+
+def _end_of(plan: RunPlan, progress: RunProgress) -> str:
+    if progress.grasped:
+        return "grasped"
+    return FOUND if plan.goal is Goal.FIND and progress.found else "budget"

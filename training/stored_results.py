@@ -1,0 +1,85 @@
+"""Results of evaluated runs in a file, each with all that it is a result of: a JSON object a line."""
+
+from collections.abc import Iterable
+from importlib.metadata import version
+from pathlib import Path
+
+import msgspec
+
+from grasping_invisible.runtime.errors import BadInput
+from grasping_invisible.training.evaluation import Trial, TrialResult
+from grasping_invisible.training.source import source_commit
+
+
+class Measured(msgspec.Struct, frozen=True):
+    """What is measured on what. `name`: what tables call it; the method's where the bundle is nothing special."""
+
+    suite: str
+    method: str
+    name: str
+    bundle_sha256: str
+
+    def __str__(self) -> str:
+        name = "" if self.name == self.method else f" as {self.name}"
+        return f"{self.method}{name} by bundle {self.bundle_sha256[:12]} on {self.suite}"
+
+
+class StoredResult(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One run's result. `source_commit`, `project_version`: of what made the run."""
+
+    measured: Measured
+    source_commit: str
+    project_version: str
+    result: TrialResult
+
+
+Key = tuple[str, int]  # scene and seed
+
+
+class ResultsFile:
+    """The results of one evaluation, kept as they come; an interrupted evaluation goes on from them.
+
+    Raises `BadInput` where the file holds results of anything else.
+    """
+
+    def __init__(self, path: Path, measured: Measured) -> None:
+        self._path = path
+        self._measured = measured
+        self._commit, self._version = source_commit(), version("grasping-invisible")
+        self._results: dict[Key, TrialResult] = {}
+        if path.is_file():
+            _drop_cut_line(path)
+            for stored in read_results(path):
+                if stored.measured != measured:
+                    raise BadInput(f"{path} holds results of {stored.measured}, this is {measured}; name another file")
+                self._results[stored.result.scene, stored.result.seed] = stored.result
+
+    def of(self, trials: Iterable[Trial]) -> dict[Key, TrialResult]:
+        """The results of these runs that are there."""
+        keys = ((trial.name, trial.seed) for trial in trials)
+        return {key: self._results[key] for key in keys if key in self._results}
+
+    def add(self, result: TrialResult) -> None:
+        """Keep one more result."""
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        stored = StoredResult(
+            measured=self._measured, source_commit=self._commit, project_version=self._version, result=result
+        )
+        with self._path.open("ab") as file:
+            file.write(msgspec.json.encode(stored) + b"\n")
+
+
+def read_results(path: Path) -> list[StoredResult]:
+    """All results in a file. Raises `BadInput`, or `OSError` where it cannot be read."""
+    try:
+        return [msgspec.json.decode(line, type=StoredResult) for line in path.read_bytes().splitlines()]
+    except msgspec.DecodeError as error:
+        raise BadInput(f"{path} does not hold results of gi-eval run: {error}") from None
+
+
+def _drop_cut_line(path: Path) -> None:
+    """A kill may have left half a line at the end."""
+    data = path.read_bytes()
+    whole = data[: data.rfind(b"\n") + 1]
+    if whole != data:
+        path.write_bytes(whole)
