@@ -17,6 +17,7 @@ from grasping_invisible.data.heightmap_message import decode_heights
 from grasping_invisible.data.log_commands import wording
 from grasping_invisible.data.png import decode_color_image, decode_plane
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.data.rewards import PUSH_FREED
 
 _PANELS = ("before, and the motion", "height", "classes", "after")
 _PANEL_INCHES, _TEXT_INCHES = 2.3, 3.6
@@ -82,7 +83,9 @@ def _draw_motion(axes: Axes, row: dict[str, Any]) -> None:
     for start, end in strokes(kind, row["x"], row["y"], row["yaw"], PUSH_LENGTH):
         for ink, width in (("black", 4.0), (color, 1.8)):
             arrow = {"arrowstyle": "-|>", "color": ink, "linewidth": width, "shrinkA": 0, "shrinkB": 0}
-            axes.annotate("", end, start, arrowprops=arrow, annotation_clip=False)
+            drawn = axes.annotate("", end, start, arrowprops=arrow, annotation_clip=False)
+            if drawn.arrow_patch is not None:
+                drawn.arrow_patch.set_clip_box(axes.bbox)
 
 
 def _describe(axes: Axes, row: dict[str, Any]) -> None:
@@ -97,9 +100,8 @@ def _describe(axes: Axes, row: dict[str, Any]) -> None:
         (f"run {row['run_id'][:24]}, labelled by {row['label_source']}", _DIM, False),
     ]
     for index, (text, color, bold) in enumerate(lines):
-        axes.text(
-            0.02, 0.95 - 0.125 * index, text, color=color, fontsize=8.5, va="top", weight="bold" if bold else None
-        )
+        weight = "bold" if bold else "normal"
+        axes.text(0.02, 0.95 - 0.125 * index, text, color=color, fontsize=8.5, va="top", weight=weight)
 
 
 def _came_of(row: dict[str, Any]) -> str:
@@ -107,13 +109,9 @@ def _came_of(row: dict[str, Any]) -> str:
         return "the target is in the gripper"
     if row["object_grasped"]:
         return f"took {row['grasped_color'] or 'something else'}"
-    return (
-        "nothing in the gripper"
-        if row["kind"] == "grasp"
-        else "the clutter moved"
-        if row["scene_changed"]
-        else "nothing moved"
-    )
+    if row["kind"] == "grasp":
+        return "nothing in the gripper"
+    return "the clutter moved" if row["scene_changed"] else "nothing moved"
 
 
 def _taught(row: dict[str, Any]) -> list[tuple[str, str, bool]]:
@@ -125,7 +123,7 @@ def _taught(row: dict[str, Any]) -> list[tuple[str, str, bool]]:
     return [
         (
             f"for {goal['goal']}{' (hindsight)' if goal['hindsight'] else ''}: reward {goal['reward']:g}",
-            _GOOD if goal["reward"] >= 0.5 else _DIM if goal["reward"] else _BAD,
+            _GOOD if goal["success"] or (row["kind"] == "push" and goal["reward"] == PUSH_FREED) else _BAD,
             True,
         )
         for goal in row["goals"][:3]

@@ -128,8 +128,24 @@ def run_of() -> Callable[..., list[tuple[topics.Topic, Message]]]:
 WriteRun = Callable[..., Path]
 
 
+@pytest.fixture(scope="session")
+def record() -> Callable[..., None]:
+    """Records messages, one each 0.1 s: `record(path, messages, settings=None)`."""
+
+    def into(
+        path: Path, messages: list[tuple[topics.Topic, Message]], settings: RecordingSettings | None = None
+    ) -> None:
+        with Recorder(path, settings) as recorder:
+            recorder.add_metadata("run", {"project": "test"})
+            for number, (topic, message) in enumerate(messages):
+                recorder.put(topic, message.SerializeToString(), START_NS + number * STEP_NS // 10)
+        assert recorder.failure is None
+
+    return into
+
+
 @pytest.fixture
-def write_run(tmp_path: Path) -> WriteRun:
+def write_run(tmp_path: Path, record: Callable[..., None]) -> WriteRun:
     """Records a run and returns its log: `write_run(name, steps=3, settings=None, messages=None)`."""
 
     def write(
@@ -139,11 +155,7 @@ def write_run(tmp_path: Path) -> WriteRun:
         messages: list[tuple[topics.Topic, Message]] | None = None,
     ) -> Path:
         path = tmp_path / name
-        with Recorder(path, settings) as recorder:
-            recorder.add_metadata("run", {"project": "test"})
-            for number, (topic, message) in enumerate(messages or run_messages(steps)):
-                recorder.put(topic, message.SerializeToString(), START_NS + number * STEP_NS // 10)
-        assert recorder.failure is None
+        record(path, messages or run_messages(steps), settings)
         return path
 
     return write
@@ -205,7 +217,7 @@ def practice_messages(
     return messages
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def practice() -> Callable[..., list[tuple[topics.Topic, Message]]]:
     """The messages of a run with heightmaps of full size: `practice(run_id, seed, steps=3, ...)`."""
     return practice_messages

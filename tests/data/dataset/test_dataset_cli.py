@@ -39,11 +39,8 @@ def test_info(dataset: Path, capsys) -> None:
     train, validation = info["splits"]["train"], info["splits"]["validation"]
     assert train["rows"] + validation["rows"] == 36
     assert train["outcomes"]["grasp"]["target grasped"] == train["runs"] > validation["runs"] > 0
-    assert train["outcomes"]["push"] == {
-        "completed": train["runs"] * 2,
-        "motions": train["runs"] * 2,
-        "reward 0.25": train["runs"] * 2,
-    }
+    pushes = train["runs"] * 2
+    assert train["outcomes"]["push"] == {"completed": pushes, "motions": pushes, "reward 0.25": pushes}
     assert main(["info", str(dataset)]) == 0
     said = capsys.readouterr().out
     assert info["sha256"] in said
@@ -99,12 +96,7 @@ def test_the_document_lists_commands_columns_and_exit_codes(capsys) -> None:
     document = (PROJECT / "docs" / "datasets.md").read_text()
     documented = re.findall(r"^\| `gi-dataset (\w+)", document, re.MULTILINE)
     assert documented == re.findall(r"^    (\w+) {2,}", usage, re.MULTILINE)
-    assert re.findall(r"^\| (\d+) \|", document, re.MULTILINE) == re.findall(
-        r"\b\d+\b", usage.partition("exit codes:")[2]
-    )
-    columns = {
-        name
-        for cell in re.findall(r"^\| ((?:`\w+`(?:, )?)+) \|", document, re.MULTILINE)
-        for name in re.findall(r"\w+", cell)
-    }
-    assert columns == set(SCHEMA.names)
+    codes = usage.partition("exit codes:")[2]
+    assert re.findall(r"^\| (\d+) \|", document, re.MULTILINE) == re.findall(r"\b\d+\b", codes)
+    columns = re.findall(r"^\| ((?:`\w+`(?:, )?)+) \|", document, re.MULTILINE)
+    assert {name for cell in columns for name in re.findall(r"\w+", cell)} == set(SCHEMA.names)

@@ -43,14 +43,6 @@ def correct(log: Path, step: int, value: str) -> None:
     assert gi_log(["correct", str(log), "--step", str(step), "--field", "target_grasped", "--value", value]) == 0
 
 
-@pytest.fixture
-def logs(write_practice, tmp_path: Path) -> list[Path]:
-    """Twelve logs of different scenes."""
-    folder = tmp_path / "logs"
-    folder.mkdir()
-    return [write_practice(f"logs/run-{seed:02d}", seed) for seed in range(12)]
-
-
 def test_every_motion_is_a_row_that_is_complete_in_itself(write_practice, tmp_path: Path) -> None:
     log = write_practice("a", 1)
     done = make(tmp_path / "ds", log)
@@ -135,7 +127,7 @@ def test_a_correction_changes_its_rows(logs: list[Path], tmp_path: Path) -> None
     done = make(tmp_path / "ds", *logs)
     assert (done.read, done.written) == (1, 1)
     assert len(set(before.items()) - set(shards(tmp_path / "ds").items())) == 1
-    (row,) = (row for row in Dataset(tmp_path / "ds").rows() if row["run_id"] == "logs/run-04" and row["step"] == 2)
+    (row,) = (row for row in Dataset(tmp_path / "ds").rows() if row["run_id"] == "run-04" and row["step"] == 2)
     assert (row["label_source"], row["reward"], row["success"], row["grasp_label"]) == ("human", 0.5, False, False)
     assert row["runtime_target_grasped"]
     assert row["corrections_sha256"]
