@@ -1,5 +1,6 @@
 """Writes what is said to a log, from a thread: whoever speaks never waits for the disk."""
 
+import math
 import threading
 import time
 from collections import Counter, deque
@@ -12,11 +13,13 @@ import msgspec
 from grasping_invisible.data.errors import RecordingError
 from grasping_invisible.data.log_file import LogFile
 from grasping_invisible.data.log_storage import keep_within, part_path
-from grasping_invisible.data.topics import Topic
+from grasping_invisible.data.topics import DECISION, OUTCOME, RUN_START, RUN_SUMMARY, STEP_RESULT, Topic
 
 DROPPED = "dropped"  # metadata: how many messages of each topic did not reach the log, so far
 PART = "part"  # metadata: which part of which log this file is
 
+# Few and small, and what a log is for: not kept back until the next flush.
+_AT_ONCE = frozenset(topic.key for topic in (RUN_START, DECISION, OUTCOME, STEP_RESULT, RUN_SUMMARY))
 _SMALL_BYTES = 64 * 1024
 _CLOSE_SECONDS = 10.0
 _BUDGET_CHECK_SECONDS = 10.0
@@ -25,7 +28,8 @@ _BUDGET_CHECK_SECONDS = 10.0
 class RecordingSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """How much memory and disk a recording may take; `None` means no limit.
 
-    `flush_seconds` bounds what a kill can lose. A new part begins after `part_bytes` or `part_seconds`.
+    `flush_seconds` bounds what a kill can lose; decisions, outcomes and results do not wait for it. A new part begins
+    after `part_bytes` or `part_seconds`.
     `folder_bytes` is the budget of the log's whole folder: the oldest closed logs make room, each with all
     its parts, while a log being written stays whole.
     """
@@ -169,7 +173,8 @@ class Recorder:
             entry, closing = self._next_entry(flush_at)
             if entry is not None:
                 self._write(entry)
-                flush_at = flush_at or time.monotonic() + self._settings.flush_seconds
+                waits = 0.0 if _is_urgent(entry) else self._settings.flush_seconds
+                flush_at = min(flush_at or math.inf, time.monotonic() + waits)
             elif closing:
                 break
             if flush_at is not None and time.monotonic() >= flush_at:
@@ -246,3 +251,7 @@ class Recorder:
                     self._dropped[entry.topic.key] += 1
             self._queue.clear()
             self._queued_bytes = 0
+
+
+def _is_urgent(entry: _Message | _Metadata) -> bool:
+    return isinstance(entry, _Message) and entry.topic.key in _AT_ONCE

@@ -12,6 +12,7 @@ import pytest
 from grasping_invisible.data.errors import RecordingError
 from grasping_invisible.data.log_file import LogFile, is_being_written
 from grasping_invisible.data.log_reader import LogReader
+from grasping_invisible.data.log_storage import parts_of
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.recorder import Recorder, RecordingSettings
 from grasping_invisible.data.topics import COLOR_IMAGE, CONSOLE, DECISION, DEPTH_IMAGE
@@ -252,3 +253,81 @@ def test_old_logs_make_room(tmp_path: Path) -> None:
         recorder.put(DECISION, decision(0), 0)
     assert not old.exists()
     assert sequences(recorder.path) == [0]
+
+
+MOVING = """
+import os, sys, threading, time
+from pathlib import Path
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.data.recorder import Recorder
+from grasping_invisible.data.topics import COLOR_IMAGE, OUTCOME
+recorder = Recorder(Path(sys.argv[1]))
+for number in range(10_000):
+    stamp = time.time_ns()
+    recorder.put(COLOR_IMAGE, os.urandom(200_000), stamp)
+    recorder.put(OUTCOME, gi.MotionOutcome(command_id=number).SerializeToString(), stamp)
+    time.sleep(0.1)
+    print(number, stamp, flush=True)
+"""
+
+
+@pytest.mark.parametrize("after", [0.03, 0.2, 0.35, 0.5, 0.9])
+def test_a_kill_at_any_moment_loses_no_finished_motion(tmp_path: Path, after: float) -> None:
+    path = tmp_path / "run.mcap"
+    with subprocess.Popen([sys.executable, "-c", MOVING, str(path)], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        first = process.stdout.readline()
+        time.sleep(after)
+        process.send_signal(signal.SIGKILL)
+        said = [first, *process.stdout.readlines()]
+    finished = {int(line.split()[0]) for line in said if line.endswith("\n")}
+    reader = LogReader(path)
+    messages = list(reader.messages())
+    outcomes = {m.message.command_id for m in messages if isinstance(m.message, gi.MotionOutcome)}
+    assert finished <= outcomes
+    images = [raw.publish_time for _, _, raw in reader.raw_messages([COLOR_IMAGE.key])]
+    latest = max(int(line.split()[1]) for line in said if line.endswith("\n"))
+    assert latest - max(images) < 1_000_000_000
+
+
+def test_a_log_goes_on_in_parts_by_time(tmp_path: Path) -> None:
+    settings = RecordingSettings(part_seconds=0.1, flush_seconds=0.0)
+    with Recorder(tmp_path / "run.mcap", settings) as recorder:
+        for step in range(12):
+            recorder.put(DECISION, decision(step), step)
+            time.sleep(0.03)
+    parts = parts_of(tmp_path / "run.mcap")
+    assert 2 <= len(parts) <= 6
+    assert [sequence for part in parts for sequence in sequences(part)] == list(range(12))
+
+
+HOLDING = """
+import sys
+from pathlib import Path
+from grasping_invisible.data.recorder import Recorder
+from grasping_invisible.data.topics import DEPTH_IMAGE
+recorder = Recorder(Path(sys.argv[1]))
+recorder.put(DEPTH_IMAGE, bytes(500_000), 0)
+print(flush=True)
+sys.stdin.read()
+recorder.close()
+"""
+
+
+def test_a_log_that_another_process_writes_is_not_removed_for_room(tmp_path: Path) -> None:
+    theirs, closed = tmp_path / "a.mcap", tmp_path / "b.mcap"
+    with subprocess.Popen(
+        [sys.executable, "-c", HOLDING, str(theirs)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdin is not None
+        process.stdout.readline()
+        closed.write_bytes(bytes(10_000))
+        with Recorder(tmp_path / "c.mcap", RecordingSettings(folder_bytes=1)) as recorder:
+            recorder.put(DECISION, decision(0), 0)
+        assert sorted(path.name for path in tmp_path.glob("*.mcap")) == ["a.mcap", "c.mcap"]
+        process.stdin.close()
+        process.wait(10)
+    reader = LogReader(theirs)
+    assert len(list(reader.raw_messages())) == 1
+    assert reader.complete
