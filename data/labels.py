@@ -207,12 +207,14 @@ def _goals(
     decision: gi.Decision, target: str, before: HeightmapArrays, after: HeightmapArrays | None, grasp: GraspResult
 ) -> list[GoalLabel]:
     labels = []
+    # Of a grasp after which nobody looked, only the target is known to be held or not.
+    others_known = after is not None or grasp.source == HUMAN
     for color in TARGET_COLORS:
         mask = before.labels == CLASSES.index(color)
         if np.count_nonzero(mask) < FEWEST_CELLS:
             continue
         aimed = decision.kind == gi.GRASP and _aimed(decision, mask, before.resolution)
-        if color != target and not (aimed or _passes(decision, mask, before.resolution)):
+        if color != target and not (others_known and (aimed or _passes(decision, mask, before.resolution))):
             continue
         success = grasp.color == color
         border = target_border(before.height, mask, before.resolution)

@@ -61,6 +61,14 @@ def test_a_grasped_target_is_a_success() -> None:
     assert (found.classifier.border_ratio, found.classifier.border_norm) == (red.border_ratio, red.border_norm)
 
 
+def test_nothing_is_made_up_about_other_colours_where_nobody_looked_again() -> None:
+    lifted = motion(gi.GRASP, *BLUE_AT, held=True)
+    assert list(goals(label(lifted, NO_BLUE))) == ["red", "blue"]
+    assert list(goals(label(lifted, None))) == ["red"]
+    told = goals(label(lifted, None, StepCorrection(grasped_color="blue")))
+    assert {name: goal.success for name, goal in told.items()} == {"red": False, "blue": True}
+
+
 def test_a_failed_grasp_of_the_target_earns_its_aim() -> None:
     found = label(motion(gi.GRASP, *RED_AT), BEFORE)
     assert (goals(found)["red"].reward, goals(found)["red"].success) == (0.5, False)
@@ -122,7 +130,10 @@ def test_a_motion_that_was_not_made_teaches_nothing(status: gi.MotionStatus) -> 
 
 
 def test_why_a_step_teaches_nothing_is_said() -> None:
-    push, small = motion(gi.PUSH, 56, 20), HeightmapArrays(1, 0, *(np.zeros((24, 24)),) * 3, 0.002, (0.5, 0, 0))  # pyright: ignore[reportArgumentType]
+    push, plane = motion(gi.PUSH, 56, 20), np.zeros((24, 24), np.uint8)
+    small = HeightmapArrays(
+        1, 0, np.zeros((24, 24, 3), np.uint8), plane.astype(np.float32), plane, 0.002, (0.5, 0.0, 0.0)
+    )
     assert "no" not in label(push, BEFORE).why_not
     assert "followed" in label(push, None).why_not
     assert "heightmaps are not" in label(push, BEFORE, before=None).why_not
