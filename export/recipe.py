@@ -55,7 +55,7 @@ class Stage:
 
 def load_recipe(scale: str, file: Path | None = None) -> Recipe:
     """The recipe of a scale, shipped or in a TOML file; raises `BadInput` with what there is."""
-    source = file or resources.files(__package__) / "recipe.toml"
+    source = file or resources.files("grasping_invisible.export") / "recipe.toml"
     try:
         recipes = msgspec.toml.decode(source.read_bytes(), type=dict[str, Recipe])
     except (OSError, msgspec.DecodeError) as error:

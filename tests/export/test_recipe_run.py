@@ -1,5 +1,6 @@
 """What is done and what is left out, with commands that do nothing but say that they were called."""
 
+import re
 from pathlib import Path
 
 import msgspec
@@ -7,7 +8,7 @@ import pytest
 from rich.console import Console
 
 from grasping_invisible.export import recipe_run
-from grasping_invisible.export.recipe import Stage
+from grasping_invisible.export.recipe import Stage, load_recipe, stages_of
 from grasping_invisible.export.recipe_run import RECORD, Record, carry_out, summary
 from grasping_invisible.runtime.errors import BadInput
 
@@ -107,3 +108,14 @@ def test_a_command_that_fails_by_an_exception_is_not_done(
         carry_out(STAGES, tmp_path, 2, QUIET)
     assert [stage.done for stage in record_in(tmp_path).stages] == [False]
     assert train.calls == []
+
+
+@pytest.mark.parametrize("scale", ["full", "tiny"])
+def test_every_command_knows_what_it_is_given(scale: str, capsys: pytest.CaptureFixture[str]) -> None:
+    for stage in stages_of(load_recipe(scale)):
+        subcommand = [str(stage.arguments[0])] if not str(stage.arguments[0]).startswith("-") else []
+        with pytest.raises(SystemExit):
+            recipe_run.PROGRAMS[stage.program]([*subcommand, "--help"])
+        known = re.findall(r"--[a-z-]+", capsys.readouterr().out)
+        given = [str(item) for item in stage.arguments if str(item).startswith("--")]
+        assert {*given, *(["--workers"] if stage.parallel else [])} <= set(known), stage.name

@@ -6,6 +6,7 @@ is carried out on each. Measured over the seeds 0 to 9: {figures}
 """
 
 import math
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -99,8 +100,8 @@ def practise(rng: np.random.Generator, run: str) -> list[Transition]:
 def experience() -> Experience:
     rng = np.random.default_rng(0)
     planks = [practise(rng, f"plank-{index}") for index in range(SCENES)]
-    taught, held_out = planks[HELD_OUT:], planks[:HELD_OUT]
-    return Experience(sum(taught, []), sum(held_out, []), ("planks",), {})
+    held_out, taught = (list(chain(*part)) for part in (planks[:HELD_OUT], planks[HELD_OUT:]))
+    return Experience(taught, held_out, ("planks",), {})
 
 
 @pytest.fixture(scope="module")

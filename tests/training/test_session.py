@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import torch
 from rich.console import Console
-from tensorboardX.proto.event_pb2 import Event
+from tensorboardX.proto import event_pb2
 
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights, save_checkpoint
@@ -21,7 +21,7 @@ def read_curves(folder: Path) -> dict[str, list[tuple[int, float]]]:
         content = path.read_bytes()
         while content:
             (length,) = struct.unpack_from("<Q", content)
-            event = Event.FromString(content[12 : 12 + length])
+            event = event_pb2.Event.FromString(content[12 : 12 + length])  # type: ignore[attr-defined]
             for value in event.summary.value:
                 curves.setdefault(value.tag, []).append((event.step, value.simple_value))
             content = content[16 + length :]
