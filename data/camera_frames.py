@@ -26,8 +26,8 @@ class LoggedFrame:
 def camera_frames(path: Path, stamps: Collection[int], topics: Collection[Topic]) -> Iterator[LoggedFrame]:
     """The frames with the given stamps, over all parts of the log that begins at `path`.
 
-    Each comes as soon as all of `topics` are there, one that lacks some a few frames later; of a frame that the log does
-    not hold at all nothing comes. Only frames still incomplete are held. Raises `BadLog`.
+    Each comes as soon as all of `topics` are there, one that lacks some a few frames later; of a frame that the log
+    does not hold at all nothing comes. Only frames still incomplete are held. Raises `BadLog`.
     """
     keys = {topic.key for topic in topics}
     wanted = set(stamps)

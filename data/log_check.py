@@ -1,7 +1,7 @@
 """Whether a log is complete and makes sense."""
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -9,12 +9,15 @@ from google.protobuf.message import Message
 
 from grasping_invisible.data import topics
 from grasping_invisible.data.clock import to_ns
+from grasping_invisible.data.health_events import HealthWatch
 from grasping_invisible.data.log_file import is_being_written
 from grasping_invisible.data.log_reader import LoggedMessage, LogReader
 from grasping_invisible.data.log_recovery import RECOVERED
 from grasping_invisible.data.log_storage import parts_of
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.recorder import DROPPED, PART
+
+_TOLD_EVERY = 64  # messages
 
 
 @dataclass(frozen=True)
@@ -23,22 +26,34 @@ class Checkup:
 
     `problems`: damage, what is missing, and what contradicts itself. `losses`: of a recovered log, what its recovery
     could not save and what is therefore missing; its own bytes are sound, and it says itself that it is not whole.
+    `events`: what the log is right to hold and a person may want to know: health, camera frames that came in part.
     """
 
     problems: list[str]
     losses: list[str] = field(default_factory=list)
+    events: list[str] = field(default_factory=list)
 
 
-def check_log(path: Path) -> Checkup:
-    """Look for everything that can be wrong with the log that begins at `path`; reads all of it. Raises `BadLog`."""
+def check_log(path: Path, told: Callable[[int, int], None] | None = None) -> Checkup:
+    """Look for everything that can be wrong with the log that begins at `path`; reads all of it.
+
+    `told`: is told how many bytes of how many are read. Raises `BadLog`.
+    """
     story = _Story()
+    health = HealthWatch()
+    read = 0
     problems: list[str] = []
     parts = parts_of(path)
+    size = sum(part.stat().st_size for part in parts if part.exists())
     metadata: dict[str, dict[str, str]] = {}
     for part in parts:
         reader = LogReader(part)
-        for logged in reader.messages():
+        for number, logged in enumerate(reader.messages()):
             story.take(logged)
+            health.take(logged)
+            if told is not None and number % _TOLD_EVERY == 0:
+                told(read + reader.position, size)
+        read += part.stat().st_size
         metadata |= reader.metadata
         problems += [f"{part.name}: {line}" for line in reader.damage]
     if is_being_written(parts[-1]):
@@ -46,11 +61,12 @@ def check_log(path: Path) -> Checkup:
     found = list(story.contradictions())
     if PART in metadata:  # only our recorder promises sequence numbers without gaps
         found = [*story.missing(metadata.get(DROPPED, {})), *found]
+    events = [*health.events(), *story.incomplete_frames()]
     recovered = metadata.get(RECOVERED)
     if recovered is None:
-        return Checkup(problems + found)
+        return Checkup(problems + found, [], events)
     lost = [f"{name}: {line}" for name, line in recovered.items()]
-    return Checkup(problems, lost + found)
+    return Checkup(problems, lost + found, events)
 
 
 @dataclass
@@ -80,6 +96,12 @@ class _Story:
                 yield f"{topic}: {known} messages were dropped while recording"
             if gaps > known:
                 yield f"{topic}: {gaps - known} messages are missing"
+
+    def incomplete_frames(self) -> Iterator[str]:
+        """Of images whose other half never came: the link drops what it cannot carry, each topic by itself."""
+        color, depth = (self.frames.get(topic.key, set()) for topic in (topics.COLOR_IMAGE, topics.DEPTH_IMAGE))
+        if color and depth and (halves := len(color ^ depth)):
+            yield f"{halves} of {len(color | depth)} camera frames came without their colour or their depth"
 
     def contradictions(self) -> Iterator[str]:
         if self.starts != 1:

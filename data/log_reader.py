@@ -49,7 +49,8 @@ class LogReader:
     """Reads one log file in the order it was written, holding one chunk at a time.
 
     After a pass to its end, `complete` says whether the log was closed and is whole, `damage` what is
-    wrong in lines for a person, and `metadata` holds the last metadata of each name.
+    wrong in lines for a person, and `metadata` holds the last metadata of each name. During one, `position` is how far
+    it is, in bytes.
     """
 
     def __init__(self, path: Path) -> None:
@@ -62,6 +63,7 @@ class LogReader:
         self.complete = False
         self.damage: list[str] = []
         self.metadata: dict[str, dict[str, str]] = {}
+        self.position = 0
 
     def contents(self) -> LogContents:
         """What the log holds: told by its index, or by reading all of it where there is none."""
@@ -89,6 +91,7 @@ class LogReader:
             self.complete, self.damage, self.metadata = False, [], {}
             lost: Counter[int] = Counter()
             for record in scan.records(topics):
+                self.position = scan.position
                 if isinstance(record, Schema):
                     schemas[record.id] = record
                 elif isinstance(record, Channel):

@@ -9,7 +9,7 @@ from grasping_invisible.data.log_file import is_being_written
 from grasping_invisible.data.log_reader import LogReader, TopicContent
 from grasping_invisible.data.log_storage import parts_of
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
-from grasping_invisible.data.recorder import DROPPED
+from grasping_invisible.data.recorder import DROPPED, LOST
 
 UNFINISHED = "unfinished"
 _TOPICS = (topics.RUN_START.key, topics.RUN_SUMMARY.key)
@@ -42,7 +42,8 @@ class RunEnd(msgspec.Struct, frozen=True):
 class LogSummary(msgspec.Struct, frozen=True):
     """A log over all its parts. Times are nanoseconds since the epoch; 0 where nothing was readable.
 
-    `complete`: every part was closed and what was read of it is sound; `gi-log check` reads all of it.
+    `complete`: every part was closed and what was read of it is sound; `gi-log check` reads all of it. `dropped`:
+    messages that the disk could not take; `lost`: messages of the robot's that the link could not carry.
     """
 
     path: str
@@ -58,6 +59,7 @@ class LogSummary(msgspec.Struct, frozen=True):
     end: RunEnd | None
     topics: dict[str, TopicContent]
     dropped: dict[str, int]
+    lost: dict[str, int]
 
 
 def summarise(path: Path) -> LogSummary:
@@ -67,6 +69,7 @@ def summarise(path: Path) -> LogSummary:
     counts: dict[str, TopicContent] = {}
     damage: list[str] = []
     dropped: dict[str, int] = {}
+    lost: dict[str, int] = {}
     times: list[int] = []
     complete = True
     parts = parts_of(path)
@@ -82,7 +85,8 @@ def summarise(path: Path) -> LogSummary:
             times += [contents.begins_ns, contents.ends_ns]
         complete = complete and reader.complete
         damage += reader.damage
-        dropped = _dropped(reader.metadata, dropped)
+        dropped = _counts(reader.metadata.get(DROPPED), dropped)
+        lost = _counts(reader.metadata.get(LOST), lost)
         for topic, content in contents.topics.items():
             before = counts.get(topic, TopicContent(content.type, 0))
             counts[topic] = TopicContent(content.type, before.messages + content.messages)
@@ -100,6 +104,7 @@ def summarise(path: Path) -> LogSummary:
         end=end,
         topics=dict(sorted(counts.items())),
         dropped=dropped,
+        lost=lost,
     )
 
 
@@ -109,9 +114,8 @@ def _outcome(end: RunEnd | None) -> str:
     return "grasped" if end.grasped else end.ended_because or "not grasped"
 
 
-def _dropped(metadata: dict[str, dict[str, str]], before: dict[str, int]) -> dict[str, int]:
+def _counts(written: dict[str, str] | None, before: dict[str, int]) -> dict[str, int]:
     # Counts are of the whole run so far, so the last part's are the run's.
-    written = metadata.get(DROPPED)
     if written is None:
         return before
     return {topic: int(count) for topic, count in written.items() if count.isdecimal()}

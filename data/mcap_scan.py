@@ -68,6 +68,7 @@ class McapScan:
         self.index = self._read_index()
         self.damage: list[str] = []
         self.complete = False
+        self.position = 0  # of the record that is read, or of the chunk that it is in
 
     def is_log(self) -> bool:
         """Whether the file begins like an MCAP file or holds a sound chunk anywhere."""
@@ -86,6 +87,7 @@ class McapScan:
         if not self._has_magic:
             self.damage.append("the first bytes are not those of an MCAP file")
         while position < self._size:
+            self.position = position
             try:
                 opcode, start, end = self._frame(position)
                 if opcode == Opcode.DATA_END:

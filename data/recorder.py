@@ -16,6 +16,7 @@ from grasping_invisible.data.log_storage import keep_within, part_path
 from grasping_invisible.data.topics import DECISION, OUTCOME, RUN_START, RUN_SUMMARY, STEP_RESULT, Topic
 
 DROPPED = "dropped"  # metadata: how many messages of each topic did not reach the log, so far
+LOST = "lost"  # metadata: how many of the robot's messages of each topic were lost on the link
 PART = "part"  # metadata: which part of which log this file is
 
 # Few and small, and what a log is for: not kept back until the next flush.

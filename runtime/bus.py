@@ -1,6 +1,7 @@
 """Everything that is said goes through one bus: out on the link, and to whoever keeps or shows it."""
 
 import time
+from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 
@@ -14,6 +15,7 @@ Sink = Callable[[Topic, bytes, int], None]
 
 # These wait for a slow reader; everything else is dropped rather than holding up the speaker.
 _MUST_ARRIVE = (OUTCOME, STOP)
+_NUMBER_BYTES = 8  # of a message's number, its attachment: how many of its topic were said before it
 
 
 class Bus:
@@ -25,6 +27,7 @@ class Bus:
     def __init__(self, session: zenoh.Session | None = None, sinks: tuple[Sink, ...] = ()) -> None:
         self._session = session
         self._sinks = sinks
+        self._said: Counter[str] = Counter()
 
     def connect(self, session: zenoh.Session) -> None:
         """Say everything on `session` from now on."""
@@ -38,7 +41,9 @@ class Bus:
         """Say `message` under `topic`; its bytes. A link that has gone is no error here: health watches it."""
         payload = message.SerializeToString(deterministic=True)
         if self._session is not None:
-            put(self._session, topic, payload)
+            number = self._said[topic.key]
+            self._said[topic.key] += 1
+            put(self._session, topic, payload, number)
         self.deliver(topic, payload)
         return payload
 
@@ -49,9 +54,27 @@ class Bus:
             sink(topic, payload, now)
 
 
-def put(session: zenoh.Session, topic: Topic, payload: bytes) -> None:
-    """Publish bytes on a session. Never raises: a session that is closing says nothing."""
+def put(session: zenoh.Session, topic: Topic, payload: bytes, number: int) -> None:
+    """Publish bytes on a session, the topic's message of that number. Never raises: a closing session says nothing."""
     congestion = zenoh.CongestionControl.BLOCK if topic in _MUST_ARRIVE else zenoh.CongestionControl.DROP
     encoding = zenoh.Encoding.APPLICATION_PROTOBUF.with_schema(topic.message.DESCRIPTOR.full_name)
     with suppress(zenoh.ZError):
-        session.put(topic.key, payload, encoding=encoding, congestion_control=congestion)
+        attachment = number.to_bytes(_NUMBER_BYTES, "little")
+        session.put(topic.key, payload, encoding=encoding, congestion_control=congestion, attachment=attachment)
+
+
+class Gaps:
+    """Counts what was said and never heard, by the numbers that messages carry. Not safe across threads."""
+
+    def __init__(self) -> None:
+        self.lost: Counter[str] = Counter()
+        self._next: dict[str, int] = {}
+
+    def hear(self, topic: Topic, attachment: bytes | None) -> None:
+        """Take in a message of a topic, with its attachment; one without a number counts for nothing."""
+        if attachment is None or len(attachment) != _NUMBER_BYTES:
+            return
+        number = int.from_bytes(attachment, "little")
+        # What was said before the first that is heard was not for us; a lower number is a speaker who began anew.
+        self.lost[topic.key] += max(0, number - self._next.get(topic.key, number))
+        self._next[topic.key] = number + 1

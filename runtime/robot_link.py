@@ -23,7 +23,7 @@ from grasping_invisible.data.topics import (
     STOP,
 )
 from grasping_invisible.runtime import zenoh_session
-from grasping_invisible.runtime.bus import Bus
+from grasping_invisible.runtime.bus import Bus, Gaps
 from grasping_invisible.runtime.errors import LinkError, RobotError
 from grasping_invisible.runtime.frame import RgbdFrame
 from grasping_invisible.runtime.frame_sets import FrameSets
@@ -51,6 +51,7 @@ class ZenohRobot:
         self._active_command_id = 0
         self._changed = threading.Condition()
         self._frames = FrameSets()
+        self._gaps = Gaps()
         self._outcomes: dict[int, gi.MotionOutcome] = {}
         self._health: gi.RobotHealth | None = None
         self._heard_at = time.monotonic()
@@ -71,6 +72,12 @@ class ZenohRobot:
         """The robot's latest heartbeat."""
         assert self._health is not None  # the constructor waited for it
         return self._health
+
+    @property
+    def lost_messages(self) -> dict[str, int]:
+        """How many of the robot's messages never came, by topic; none of a robot that does not number them."""
+        with self._changed:
+            return {topic: count for topic, count in self._gaps.lost.items() if count}
 
     def observe(self) -> RgbdFrame:
         """The first complete camera frame stamped at or after the last motion's end."""
@@ -153,6 +160,7 @@ class ZenohRobot:
         payload = sample.payload.to_bytes()
         self._bus.deliver(topic, payload)
         with self._changed:
+            self._gaps.hear(topic, None if sample.attachment is None else sample.attachment.to_bytes())
             try:
                 if topic is ROBOT_HEALTH:
                     self._health = gi.RobotHealth.FromString(payload)

@@ -11,7 +11,7 @@ from importlib.metadata import version
 import msgspec
 
 from grasping_invisible.data.errors import RecordingError
-from grasping_invisible.data.recorder import Recorder
+from grasping_invisible.data.recorder import LOST, Recorder
 from grasping_invisible.runtime.bundle import ModelBundle, load_bundle
 from grasping_invisible.runtime.bus import Bus
 from grasping_invisible.runtime.command import interruptions_held
@@ -105,6 +105,7 @@ class _Run:
         self._bundle = bundle
         self._run_id = uuid.uuid4().hex
         self._progress = RunProgress()
+        self._lost: dict[str, int] = {}
         self._recorder = stack.enter_context(self._open_log())
         self._bus = Bus(sinks=(self._recorder,))
         self._console = RunConsole(sys.stderr if request.json else sys.stdout, self._bus)
@@ -123,6 +124,7 @@ class _Run:
                 ended_because = "grasped" if self._progress.grasped else "budget"
             finally:
                 robot.close()
+                self._lost = robot.lost_messages
         except KeyboardInterrupt:
             ended_because = "interrupted"
             raise
@@ -165,9 +167,13 @@ class _Run:
     def _end(self, ended_because: str) -> None:
         """Sum up for the log, a person and a program, and close the log."""
         progress = self._progress
-        self._log.ended(self._run_id, progress, ended_because, self._recorder.dropped_messages)
+        lost = sum(self._lost.values())
+        self._recorder.add_metadata(LOST, {topic: str(count) for topic, count in sorted(self._lost.items())})
+        self._log.ended(self._run_id, progress, ended_because, self._recorder.dropped_messages, lost)
         verdict = "grasped" if progress.grasped else "not grasped" if progress.found else "not found"
         self._console.say(f"{self._task.target} {verdict} after {progress.motions} motions ({ended_because})")
+        if lost:
+            self._console.say(f"{lost} messages of the robot were lost on the link, such as camera frames")
         self._console.say(f"log: {self._recorder.path}")
         self._recorder.close()
         if self._recorder.failure is not None:

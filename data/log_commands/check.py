@@ -6,7 +6,7 @@ from pathlib import Path
 from rich.text import Text
 
 from grasping_invisible.data.log_check import check_log
-from grasping_invisible.data.log_commands.output import console
+from grasping_invisible.data.log_commands.output import console, progress
 
 
 def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -19,7 +19,10 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
 def run(arguments: argparse.Namespace) -> int:
     """Print every problem; 0 when there is none, else 1."""
     out = console()
-    checkup = check_log(arguments.file)
+    with progress("checking", [arguments.file]) as told:
+        checkup = check_log(arguments.file, told)
+    for line in checkup.events:
+        out.print(Text(line, "dim"))
     for line in (*checkup.problems, *checkup.losses):
         out.print(Text(line))
     if checkup.problems:

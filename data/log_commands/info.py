@@ -9,9 +9,12 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from grasping_invisible.data.health_events import health_events
 from grasping_invisible.data.log_commands import wording
 from grasping_invisible.data.log_commands.output import console
 from grasping_invisible.data.log_summary import LogSummary, summarise
+
+_READ_FOR_HEALTH = 200_000_000  # bytes: heartbeats are in every chunk, and the rest of a log is told by its index
 
 
 def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -25,23 +28,27 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
 def run(arguments: argparse.Namespace) -> int:
     """Print what describes one log."""
     summary = summarise(arguments.file)
+    health = health_events(arguments.file, summary.begun_ns) if summary.bytes <= _READ_FOR_HEALTH else None
     if arguments.json:
-        sys.stdout.write(msgspec.json.encode(summary).decode() + "\n")
+        found = {**msgspec.to_builtins(summary), "health": health}
+        sys.stdout.write(msgspec.json.encode(found).decode() + "\n")
     else:
-        _print(summary, console())
+        _print(summary, health, console())
     return 0
 
 
-def _print(summary: LogSummary, out: Console) -> None:
+def _print(summary: LogSummary, health: list[str] | None, out: Console) -> None:
     facts = Table.grid(padding=(0, 2))
     for name, value in _facts(summary):
         facts.add_row(Text(name, "bold"), Text(value))
     out.print(facts)
-    topics = Table("topic", "type", "messages", "dropped")
+    topics = Table("topic", "type", "messages", "dropped", "lost on the link")
     for topic, content in summary.topics.items():
-        dropped = summary.dropped.get(topic, 0)
-        topics.add_row(Text(topic), Text(content.type), str(content.messages), str(dropped or ""))
+        dropped, lost = summary.dropped.get(topic, 0), summary.lost.get(topic, 0)
+        topics.add_row(Text(topic), Text(content.type), str(content.messages), str(dropped or ""), str(lost or ""))
     out.print(topics)
+    for line in health if health is not None else ["for the health of so long a log, see gi-log check"]:
+        out.print(Text(line, "yellow"))
     for line in summary.damage:
         out.print(Text(f"damage: {line}", "red"))
 

@@ -9,7 +9,7 @@ from rich.text import Text
 
 from grasping_invisible.data.errors import BadLog, BadRequest
 from grasping_invisible.data.log_commands import wording
-from grasping_invisible.data.log_commands.output import console
+from grasping_invisible.data.log_commands.output import console, progress
 from grasping_invisible.data.log_files import logs_in
 from grasping_invisible.data.log_summary import LogSummary, summarise
 
@@ -21,6 +21,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     parser.add_argument("--outcome", help="only runs that ended so: grasped, budget, unfinished, ...")
     parser.add_argument("--target", help="only runs with this target colour")
     parser.add_argument("--since", type=_moment, metavar="DATE", help="only logs begun at or after, ISO 8601, UTC")
+    parser.add_argument("--until", type=_moment, metavar="DATE", help="only logs begun before, ISO 8601, UTC")
     parser.add_argument("--bundle", metavar="SHA", help="only runs whose bundle hash begins so")
     parser.set_defaults(run=run)
 
@@ -32,14 +33,17 @@ def run(arguments: argparse.Namespace) -> int:
         raise BadRequest(f"{folder} is not a folder")
     found: list[LogSummary] = []
     unreadable: list[str] = []
-    for path in logs_in(folder):
-        try:
-            summary = summarise(path)
-        except BadLog as error:
-            unreadable.append(str(error))
-            continue
-        if _passes(summary, arguments):
-            found.append(summary)
+    logs = logs_in(folder)
+    with progress("looking at logs", logs) as told:
+        for number, path in enumerate(logs, 1):
+            try:
+                summary = summarise(path)
+            except BadLog as error:
+                unreadable.append(str(error))
+                continue
+            if _passes(summary, arguments):
+                found.append(summary)
+            told(number, len(logs))
     out = console()
     if found:
         out.print(_table(sorted(found, key=lambda summary: summary.begun_ns), folder))
@@ -53,6 +57,8 @@ def _passes(summary: LogSummary, wanted: argparse.Namespace) -> bool:
     if wanted.outcome is not None and summary.outcome != wanted.outcome:
         return False
     if wanted.since is not None and summary.begun_ns < wanted.since:
+        return False
+    if wanted.until is not None and summary.begun_ns >= wanted.until:
         return False
     if wanted.target is not None and (summary.run is None or summary.run.target != wanted.target):
         return False

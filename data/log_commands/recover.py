@@ -5,13 +5,13 @@ from pathlib import Path
 
 from rich.text import Text
 
-from grasping_invisible.data.log_commands.output import console
+from grasping_invisible.data.log_commands.output import console, progress
 from grasping_invisible.data.log_recovery import recover
 
 
 def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     """Add the parser of `recover`."""
-    parser = commands.add_parser("recover", help="a truncated or damaged log to a valid one")
+    parser = commands.add_parser("recover", help="a truncated or damaged log, and all its parts, to one valid file")
     parser.add_argument("file", type=Path, metavar="FILE")
     parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="the new log; must not exist")
     parser.set_defaults(run=run)
@@ -19,9 +19,11 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the new log and say what was saved and what was lost."""
-    recovery = recover(arguments.file, arguments.out)
+    with progress("recovering", [arguments.file]) as told:
+        recovery = recover(arguments.file, arguments.out, told)
     out = console()
-    out.print(Text(f"{recovery.messages} messages written to {arguments.out}"))
+    parts = f" of {recovery.parts} parts" if recovery.parts > 1 else ""
+    out.print(Text(f"{recovery.messages} messages{parts} written to {arguments.out}"))
     for line in recovery.lost:
         out.print(Text(f"lost: {line}"))
     if not recovery.lost:

@@ -7,7 +7,7 @@ from rich.text import Text
 
 from grasping_invisible.data.errors import BadRequest
 from grasping_invisible.data.log_commands import wording
-from grasping_invisible.data.log_commands.output import console
+from grasping_invisible.data.log_commands.output import console, progress
 from grasping_invisible.data.log_storage import parts_of
 
 
@@ -26,6 +26,7 @@ def run(arguments: argparse.Namespace) -> int:
     out: Path = arguments.out
     if out.exists() and any(part.exists() and part.samefile(out) for part in parts_of(arguments.file)):
         raise BadRequest(f"{out} is the log itself; name another file for the report")
-    count = write_report(arguments.file, out)
+    with progress("reading and drawing", [arguments.file]) as told:
+        count = write_report(arguments.file, out, told)
     console().print(Text(f"{count} step{'' if count == 1 else 's'}, {wording.size(out.stat().st_size)}: {out}"))
     return 0

@@ -374,7 +374,7 @@ class StepResult(_message.Message):
     def __init__(self, stamp: _Optional[_Union[datetime.datetime, _timestamp_pb2.Timestamp, _Mapping]] = ..., step: _Optional[int] = ..., command_id: _Optional[int] = ..., status: _Optional[_Union[MotionStatus, str]] = ..., scene_changed: _Optional[bool] = ..., target_visible: _Optional[bool] = ..., object_grasped: _Optional[bool] = ..., target_grasped: _Optional[bool] = ..., border_decrease: _Optional[float] = ..., detail: _Optional[str] = ...) -> None: ...
 
 class RunSummary(_message.Message):
-    __slots__ = ("stamp", "run_id", "grasped", "found", "motions", "decision_ms_p50", "decision_ms_p99", "dropped_messages", "ended_because")
+    __slots__ = ("stamp", "run_id", "grasped", "found", "motions", "decision_ms_p50", "decision_ms_p99", "dropped_messages", "ended_because", "lost_messages")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     RUN_ID_FIELD_NUMBER: _ClassVar[int]
     GRASPED_FIELD_NUMBER: _ClassVar[int]
@@ -384,6 +384,7 @@ class RunSummary(_message.Message):
     DECISION_MS_P99_FIELD_NUMBER: _ClassVar[int]
     DROPPED_MESSAGES_FIELD_NUMBER: _ClassVar[int]
     ENDED_BECAUSE_FIELD_NUMBER: _ClassVar[int]
+    LOST_MESSAGES_FIELD_NUMBER: _ClassVar[int]
     stamp: _timestamp_pb2.Timestamp
     run_id: str
     grasped: bool
@@ -393,4 +394,5 @@ class RunSummary(_message.Message):
     decision_ms_p99: float
     dropped_messages: int
     ended_because: str
-    def __init__(self, stamp: _Optional[_Union[datetime.datetime, _timestamp_pb2.Timestamp, _Mapping]] = ..., run_id: _Optional[str] = ..., grasped: _Optional[bool] = ..., found: _Optional[bool] = ..., motions: _Optional[int] = ..., decision_ms_p50: _Optional[float] = ..., decision_ms_p99: _Optional[float] = ..., dropped_messages: _Optional[int] = ..., ended_because: _Optional[str] = ...) -> None: ...
+    lost_messages: int
+    def __init__(self, stamp: _Optional[_Union[datetime.datetime, _timestamp_pb2.Timestamp, _Mapping]] = ..., run_id: _Optional[str] = ..., grasped: _Optional[bool] = ..., found: _Optional[bool] = ..., motions: _Optional[int] = ..., decision_ms_p50: _Optional[float] = ..., decision_ms_p99: _Optional[float] = ..., dropped_messages: _Optional[int] = ..., ended_because: _Optional[str] = ..., lost_messages: _Optional[int] = ...) -> None: ...

@@ -10,7 +10,8 @@ import pytest
 
 from grasping_invisible.data.cli import main
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
-from grasping_invisible.data.recorder import RecordingSettings
+from grasping_invisible.data.recorder import LOST, Recorder, RecordingSettings
+from grasping_invisible.data.topics import ROBOT_HEALTH
 
 PER_MESSAGE = RecordingSettings(flush_seconds=0.0)
 
@@ -71,6 +72,8 @@ def folder(write_run, run_of, tmp_path: Path) -> Path:
         (["--bundle", "abab"], {"red"}),
         (["--since", "2020-01-01"], {"red", "blue"}),
         (["--since", "2999-01-01T12:00"], set()),
+        (["--until", "2020-01-01"], set()),
+        (["--until", "2999-01-01", "--target", "red"], {"red"}),
     ],
 )
 def test_ls_lists_what_passes_its_filters(folder: Path, capsys, filters: list[str], names: set[str]) -> None:
@@ -215,3 +218,22 @@ def test_the_document_lists_the_commands_and_exit_codes(capsys) -> None:
     documented = re.findall(r"^\| `gi-log (\w+)", document, re.MULTILINE)
     assert documented == re.findall(r"^    (\w+) {2,}", usage, re.MULTILINE)
     assert re.findall(r"^\| (\d+) \|", document, re.MULTILINE) == re.findall(r"\d+", usage.partition("exit codes:")[2])
+
+
+def test_info_tells_what_was_lost_and_how_the_robot_was(write_run, run_of, tmp_path: Path, capsys) -> None:
+    trouble = gi.RobotHealth(state=gi.ROBOT_FAULT, detail="a cable came loose")
+    with Recorder(tmp_path / "run.mcap") as recorder:
+        for topic, message in [*run_of(), (ROBOT_HEALTH, trouble)]:
+            recorder.put(topic, message.SerializeToString(), 0)
+        recorder.add_metadata(LOST, {"gi/robot/camera/color": "12"})
+    assert main(["info", str(recorder.path)]) == 0
+    said = capsys.readouterr().out
+    (line,) = [line for line in said.splitlines() if "gi/robot/camera/color" in line]
+    assert " 12 " in line
+    assert "the robot was at fault: a cable came loose" in said
+    assert main(["info", "--json", str(recorder.path)]) == 0
+    info = json.loads(capsys.readouterr().out)
+    assert info["lost"] == {"gi/robot/camera/color": 12}
+    assert info["health"][0].endswith("a cable came loose")
+    assert main(["check", str(recorder.path)]) == 0
+    assert "a cable came loose" in capsys.readouterr().out

@@ -6,6 +6,7 @@ from grasping_invisible.data.errors import BadLog, BadRequest
 from grasping_invisible.data.log_check import check_log
 from grasping_invisible.data.log_reader import LogReader, read_messages
 from grasping_invisible.data.log_recovery import recover
+from grasping_invisible.data.log_storage import parts_of
 from grasping_invisible.data.recorder import RecordingSettings
 from grasping_invisible.data.topics import DECISION
 
@@ -67,3 +68,21 @@ def test_what_cannot_be_decoded_is_left_out_and_named(write_run, run_of, tmp_pat
     assert recovery.messages == 34
     assert recovery.lost == ["1 messages: gi/runtime/decision cannot be decoded"]
     assert check_log(tmp_path / "good.mcap").problems == []
+
+
+def test_a_log_in_parts_becomes_one_file(write_run, tmp_path: Path) -> None:
+    path = write_run(steps=12, settings=RecordingSettings(part_bytes=20_000, flush_seconds=0.0))
+    parts = parts_of(path)
+    assert len(parts) > 2
+    whole = sum(len(list(read_messages(part))) for part in parts)
+    parts[1].write_bytes(parts[1].read_bytes()[:4000])
+    parts[2].write_bytes(b"no log at all")
+    recovery = recover(path, tmp_path / "good.mcap")
+    assert recovery.parts == len(parts)
+    assert 0 < recovery.messages < whole
+    assert recovery.lost[0].startswith("run.001.mcap: ")
+    assert recovery.lost[-1] == f"{parts[2]} is not an MCAP log"
+    assert check_log(tmp_path / "good.mcap").problems == []
+    sequences = [logged.sequence for logged in read_messages(tmp_path / "good.mcap", [DECISION.key])]
+    assert sequences == sorted(sequences)
+    assert sequences[-1] == 11

@@ -7,13 +7,15 @@ from contextlib import contextmanager, suppress
 
 import numpy as np
 import pytest
+import zenoh
 from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
 
 from grasping_invisible.data.clock import to_timestamp
 from grasping_invisible.data.images import CAMERA_FRAME
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
-from grasping_invisible.data.topics import COMMAND, COMMAND_REPLY, OUTCOME, PROTOCOL_VERSION, STOP, Topic
+from grasping_invisible.data.topics import COMMAND, COMMAND_REPLY, OUTCOME, PROTOCOL_VERSION, STOP, TRUTH, Topic
 from grasping_invisible.data.transform_message import encode_transforms
+from grasping_invisible.runtime import bus as bus_module
 from grasping_invisible.runtime import zenoh_session
 from grasping_invisible.runtime.bus import Bus
 from grasping_invisible.runtime.errors import BadInput, LinkError, RobotError
@@ -408,3 +410,19 @@ def test_what_is_no_locator_is_bad_input(locator: str) -> None:
 def test_an_endpoint_in_use_is_bad_input(side: Side) -> None:
     with pytest.raises(BadInput, match="Address already in use"):
         zenoh_session.listen(side.endpoint)
+
+
+def test_what_the_link_loses_is_counted(side: Side, monkeypatch: pytest.MonkeyPatch) -> None:
+    put = bus_module.put
+
+    def lossy(session: zenoh.Session, topic: Topic, payload: bytes, number: int) -> None:
+        if topic is not TRUTH or number not in (3, 4, 6):
+            put(session, topic, payload, number)
+
+    with connected(side) as robot:
+        robot.observe()
+        assert robot.lost_messages == {}
+        monkeypatch.setattr(bus_module, "put", lossy)
+        for _ in range(8):
+            side.server.bus.publish(TRUTH, gi.TruthState())
+        wait_until(lambda: robot.lost_messages == {TRUTH.key: 3})
