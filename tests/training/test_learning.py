@@ -2,7 +2,8 @@
 
 A plank of 100 mm lies on the table, and the gripper opens to 80 mm: of the 16 directions of a grasp about five can
 succeed. The critic practises on planks at random places, and is examined on others that stay the same: its best grasp
-is carried out on each. Measured over the seeds 0 to 9: {figures}
+is carried out on each. Measured over the seeds 0 to 9: 0 to 2 of the 8 planks are lifted before (8 % on average), all 8
+after, a rise of 0.75 at the least.
 """
 
 import math
