@@ -73,6 +73,7 @@ def _add_critic(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rounds", type=int, default=defaults.rounds, help="times that next states are valued")
     parser.add_argument("--network", choices=NETWORKS, default=defaults.design.network, help="densenet: the paper's")
     parser.add_argument("--inputs", choices=CRITIC_INPUTS, default=defaults.design.inputs, help="what it sees")
+    parser.add_argument("--agnostic", action="store_true", help="learn of any object, as VPG does, and not of a target")
     parser.add_argument(
         "--begin",
         type=checkpoint_folder,
@@ -97,7 +98,7 @@ def _critic(options: argparse.Namespace, console: Console) -> Checkpoint:
         batch=_positive(options, "batch"),
         seed=options.seed,
     )
-    return train_critic(settings, read_experience(options.dataset, console), console)
+    return train_critic(settings, read_experience(options.dataset, console, agnostic=options.agnostic), console)
 
 
 def _add_classifier(parser: argparse.ArgumentParser) -> None:

@@ -18,13 +18,15 @@ from grasping_invisible.training.transitions import Transition, TransitionReader
 class Experience:
     """Transitions to train on and to score with, each in the order of time; no run is in both.
 
-    `datasets`: the content hashes of what they are from. `rules`: by which they are labelled.
+    `datasets`: the content hashes of what they are from. `rules`: by which they are labelled. `agnostic`: any object
+    counts as the goal.
     """
 
     taught: list[Transition]
     held_out: list[Transition]
     datasets: tuple[str, ...]
     rules: dict[str, int]
+    agnostic: bool = False
 
     @property
     def origin(self) -> dict[str, str | int | float]:
@@ -32,15 +34,16 @@ class Experience:
         return {
             "dataset_sha256": " ".join(self.datasets),
             "label_rules": ", ".join(f"{name} {version}" for name, version in sorted(self.rules.items())),
+            **({"goal": "any object"} if self.agnostic else {}),
             "runs": len({transition.run for transition in self.taught}),
             "held_out_runs": len({transition.run for transition in self.held_out}),
         }
 
 
-def read_experience(folders: Sequence[Path], console: Console) -> Experience:
-    """All that some datasets teach. A motion that several hold counts once; all split runs alike.
+def read_experience(folders: Sequence[Path], console: Console, *, agnostic: bool = False) -> Experience:
+    """All that some datasets teach, or all that they teach of any object. A motion that several hold counts once.
 
-    Heightmaps stay compressed: some 100 kB a motion. Raises `BadDataset` and `BadInput`.
+    All split runs alike. Heightmaps stay compressed: some 100 kB a motion. Raises `BadDataset` and `BadInput`.
     """
     datasets = [Dataset(folder) for folder in folders]
     for dataset in datasets:
@@ -57,7 +60,8 @@ def read_experience(folders: Sequence[Path], console: Console) -> Experience:
                     if key not in met:
                         met.add(key)
                         when = row["run_started_ns"], row["run_id"], row["step"]
-                        items += [(when, transition) for transition in reader.of(row)]
+                        taught_by_row = reader.of_any_object(row) if agnostic else reader.of(row)
+                        items += [(when, transition) for transition in taught_by_row]
                     advance()
     taught, held_out = ([item for _, item in sorted(found[side], key=lambda it: it[0])] for side in (TRAIN, VALIDATION))
     if not taught or not held_out:
@@ -65,4 +69,6 @@ def read_experience(folders: Sequence[Path], console: Console) -> Experience:
             f"{len(taught)} transitions to train on and {len(held_out)} to score with are too few; runs in one scene "
             "with one seed stay on one side, so vary them"
         )
-    return Experience(taught, held_out, tuple(sorted({dataset.manifest.sha256 for dataset in datasets})), dict(RULES))
+    return Experience(
+        taught, held_out, tuple(sorted({dataset.manifest.sha256 for dataset in datasets})), dict(RULES), agnostic
+    )

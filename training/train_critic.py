@@ -29,7 +29,7 @@ from grasping_invisible.training.fingerprint import data_fingerprint
 from grasping_invisible.training.imagenet_weights import load_imagenet
 from grasping_invisible.training.session import Session
 from grasping_invisible.training.source import source_commit
-from grasping_invisible.training.transitions import Transition
+from grasping_invisible.training.transitions import Transition, goal_cells, goal_mask
 
 DISCOUNT = 0.5
 PRIORITY_EXPONENT = 0.6
@@ -76,7 +76,7 @@ def train_critic(settings: CriticTraining, experience: Experience, console: Cons
         optimizer,
         settings.learning_rate,
         settings.steps,
-        data_fingerprint(dict.fromkeys(experience.datasets, 1)),
+        data_fingerprint(dict.fromkeys(experience.datasets, 1) | ({"any object": 1} if experience.agnostic else {})),
         {"targets": replay.targets, "errors": replay.errors, "watched_targets": watched.targets},
         design,
     )
@@ -147,9 +147,9 @@ def value_next_states(
                 key = id(then), transition.goal
                 if key not in values and (then.unpack_labels() == transition.goal).any():
                     after = then.unpack()
-                    mask = after.labels == transition.goal
                     rotations = rng.permutation(ROTATIONS)[:ROTATIONS_VALUED].tolist()
-                    best = max(best_values(q_maps(net, after, mask, rotations), after, mask))
+                    q = q_maps(net, after, goal_mask(after, transition.goal), rotations)
+                    best = max(best_values(q, after, goal_cells(after, transition.goal)))
                     values[key] = min(max(best, 0.0), 1.0)
                 targets[index] = transition.reward + DISCOUNT * values.get(key, 0.0)
             advance()

@@ -9,10 +9,13 @@ from numpy.typing import NDArray
 
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.data.rewards import GRASP_SUCCEEDED, PUSH_FREED
+from grasping_invisible.data.target_border import GROUND_HEIGHT
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.training.packed_maps import PackedMaps
 
+ANY_OBJECT = 0  # as a goal: whatever is moved or grasped counts, as for VPG (paper, section II)
 _KINDS = {"push": gi.PUSH, "grasp": gi.GRASP}
 
 
@@ -20,10 +23,10 @@ _KINDS = {"push": gi.PUSH, "grasp": gi.GRASP}
 class Transition:
     """One action and what it was worth for one goal; see `data.labels` for how that is known.
 
-    `seen`: the state before. `goal`: class index of the target. `row`, `column`: on the action grid. `success`: the
-    goal was grasped, which ends the episode. `then`: the state that followed, None at an end. `hindsight`: the goal
-    was not what the robot was after. `aimed`: it is a grasp aimed at the goal. `run`: which run it is from.
-    `consecutive_grasp_failures`: c_g when it was decided on.
+    `seen`: the state before. `goal`: class index of the target, or `ANY_OBJECT`. `row`, `column`: on the action grid.
+    `success`: the goal was grasped, which ends the episode. `then`: the state that followed, None at an end.
+    `hindsight`: the goal was not what the robot was after. `aimed`: it is a grasp aimed at the goal. `run`: which run
+    it is from. `consecutive_grasp_failures`: c_g when it was decided on.
     """
 
     seen: PackedMaps
@@ -41,9 +44,19 @@ class Transition:
     consecutive_grasp_failures: int
 
     def before(self) -> tuple[Heightmaps, NDArray[np.bool_]]:
-        """The state before the action, and the goal's cells in it, (N, N)."""
+        """The state before the action, and the goal's mask in it, (N, N)."""
         maps = self.seen.unpack()
-        return maps, maps.labels == self.goal
+        return maps, goal_mask(maps, self.goal)
+
+
+def goal_mask(maps: Heightmaps, goal: int) -> NDArray[np.bool_]:
+    """The mask that a critic is asked with for a goal, (N, N): its cells, or ones for any object."""
+    return np.ones_like(maps.labels, np.bool_) if goal == ANY_OBJECT else maps.labels == goal
+
+
+def goal_cells(maps: Heightmaps, goal: int) -> NDArray[np.bool_]:
+    """Where a goal is, (N, N); any object is where something stands."""
+    return maps.height > GROUND_HEIGHT if goal == ANY_OBJECT else maps.labels == goal
 
 
 class TransitionReader:
@@ -55,10 +68,7 @@ class TransitionReader:
 
     def of(self, row: dict[str, Any]) -> Iterator[Transition]:
         """What a row teaches, for the run's target and for others."""
-        run = row["run_id"], row["run_started_ns"]
-        if run != self._run:
-            self._run, self._frames = run, {}
-        seen, then = self._frame(row, "before", row["frame_stamp_ns"]), self._frame(row, "after", row["after_stamp_ns"])
+        seen, then = self._seen_and_then(row)
         for goal in row["goals"]:
             assert seen is not None  # or there would be no goals
             yield Transition(
@@ -76,6 +86,37 @@ class TransitionReader:
                 run=row["run_id"],
                 consecutive_grasp_failures=row["consecutive_grasp_failures"],
             )
+
+    def of_any_object(self, row: dict[str, Any]) -> Iterator[Transition]:
+        """What a row teaches where any object counts: VPG's rewards, for a grasp that holds and a push that moves."""
+        seen, then = self._seen_and_then(row)
+        if not row["usable"] or row["scene_changed"] is None:
+            return
+        assert seen is not None  # or it would not be usable
+        kind, held = _KINDS[row["kind"]], bool(row["object_grasped"])
+        moved = kind == gi.PUSH and row["scene_changed"]
+        yield Transition(
+            seen=seen,
+            goal=ANY_OBJECT,
+            kind=kind,
+            rotation=row["rotation"],
+            row=row["row"],
+            column=row["column"],
+            reward=GRASP_SUCCEEDED if held else PUSH_FREED if moved else 0.0,
+            success=held,
+            then=None if held else then,
+            hindsight=False,
+            aimed=kind == gi.GRASP,
+            run=row["run_id"],
+            consecutive_grasp_failures=row["consecutive_grasp_failures"],
+        )
+
+    def _seen_and_then(self, row: dict[str, Any]) -> tuple[PackedMaps | None, PackedMaps | None]:
+        """The states before and after a row's motion."""
+        run = row["run_id"], row["run_started_ns"]
+        if run != self._run:
+            self._run, self._frames = run, {}
+        return self._frame(row, "before", row["frame_stamp_ns"]), self._frame(row, "after", row["after_stamp_ns"])
 
     def _frame(self, row: dict[str, Any], when: str, stamp_ns: int | None) -> PackedMaps | None:
         if stamp_ns is None:

@@ -1,0 +1,98 @@
+"""What a row of a dataset teaches a critic whose goal is any object."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from rich.console import Console
+
+from grasping_invisible.data.classes import CLASSES
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.runtime.heightmap import Heightmaps
+from grasping_invisible.runtime.workspace import Workspace
+from grasping_invisible.training.experience import Experience
+from grasping_invisible.training.packed_maps import PackedMaps
+from grasping_invisible.training.train_critic import CriticTraining, train_critic
+from grasping_invisible.training.transitions import ANY_OBJECT, TransitionReader, goal_cells, goal_mask
+
+MAPS = Heightmaps(
+    1,
+    np.full((224, 224, 3), 128, np.uint8),
+    np.zeros((224, 224), np.float32),
+    np.zeros((224, 224), np.uint8),
+    Workspace(),
+)
+MAPS.height[100:120, 100:120] = 0.05  # grey
+MAPS.height[40:60, 40:60], MAPS.labels[40:60, 40:60] = 0.05, CLASSES.index("red")
+PACKED = PackedMaps.of(MAPS)
+
+
+def row_of(kind: str, **what) -> dict:
+    """A row as a dataset holds it, as far as it is read."""
+    images = {
+        f"{when}_{name}": getattr(PACKED, name)
+        for when in ("before", "after")
+        for name in ("color", "height", "labels")
+    }
+    center = dict(zip(("center_x", "center_y", "center_z"), Workspace().center, strict=True))
+    facts = {
+        "run_id": "r",
+        "run_started_ns": 1,
+        "step": 0,
+        "frame_stamp_ns": 10,
+        "after_stamp_ns": 20,
+        "cells": 224,
+        "resolution": 0.002,
+        "kind": kind,
+        "rotation": 3,
+        "row": 55,
+        "column": 55,
+        "usable": True,
+        "scene_changed": False,
+        "object_grasped": False,
+        "consecutive_grasp_failures": 0,
+        "goals": [],
+    }
+    return {**images, **center, **facts, **what}
+
+
+@pytest.mark.parametrize(
+    ("row", "reward", "success"),
+    [
+        (row_of("grasp", object_grasped=True, scene_changed=True), 1.0, True),
+        (row_of("grasp", scene_changed=True), 0.0, False),
+        (row_of("push", scene_changed=True), 0.5, False),
+        (row_of("push"), 0.0, False),
+    ],
+)
+def test_any_object_that_is_held_or_moved_counts(row, reward, success):
+    (transition,) = TransitionReader().of_any_object(row)
+    assert (transition.goal, transition.reward, transition.success) == (ANY_OBJECT, reward, success)
+    assert (transition.then is None) == success
+    assert transition.aimed == (transition.kind == gi.GRASP)
+    _, mask = transition.before()
+    assert mask.all()
+
+
+def test_what_teaches_nothing_teaches_nothing_of_any_object_either():
+    assert list(TransitionReader().of_any_object(row_of("push", usable=False, why_not="a reason"))) == []
+
+
+def test_a_goal_is_asked_about_by_its_mask_and_lies_in_its_cells():
+    red = MAPS.labels == CLASSES.index("red")
+    np.testing.assert_array_equal(goal_mask(MAPS, CLASSES.index("red")), red)
+    np.testing.assert_array_equal(goal_cells(MAPS, CLASSES.index("red")), red)
+    assert goal_mask(MAPS, ANY_OBJECT).all()
+    np.testing.assert_array_equal(goal_cells(MAPS, ANY_OBJECT), MAPS.height > 0)
+
+
+def test_a_critic_learns_of_any_object_and_says_so(tmp_path: Path):
+    torch.manual_seed(0)
+    rows = [row_of(kind, scene_changed=True, object_grasped=kind == "grasp") for kind in ("push", "grasp")] * 3
+    taught = [transition for row in rows for transition in TransitionReader().of_any_object(row)]
+    experience = Experience(taught, taught[:2], ("a dataset",), {}, agnostic=True)
+    settings = CriticTraining(tmp_path / "critic.pt", steps=4, rounds=2, batch=2)
+    checkpoint = train_critic(settings, experience, Console(quiet=True))
+    assert checkpoint.trained_on["goal"] == "any object"
+    assert checkpoint.trained_on["transitions"] == 6
