@@ -40,9 +40,7 @@ def test_none_is_no_correction(tmp_path: Path) -> None:
 
 
 def test_a_file_from_a_spreadsheet_is_read(tmp_path: Path) -> None:
-    (tmp_path / "run.corrections.csv").write_bytes(
-        b"\xef\xbb\xbfstep,field,value\r\n1,exclude,yes\r\n"
-    )
+    (tmp_path / "run.corrections.csv").write_bytes(b"\xef\xbb\xbfstep,field,value\r\n1,exclude,yes\r\n")
     assert Corrections(tmp_path / "run.mcap").of("any", 1) == StepCorrection(exclude=True)
 
 

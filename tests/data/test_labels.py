@@ -155,6 +155,10 @@ def test_of_a_grasp_after_which_nothing_was_seen_the_runtime_knows() -> None:
     assert (found.source, found.grasp.target_grasped, goals(found)["red"].reward) == ("runtime", True, 1.0)
 
 
+def test_of_a_grasp_after_which_nothing_was_seen_nobody_knows_what_else_it_took() -> None:
+    assert set(goals(label(motion(gi.GRASP, *BLUE_AT, held=True), None))) == {"red"}
+
+
 @pytest.mark.parametrize(
     ("said", "held", "after", "rewards"),
     [

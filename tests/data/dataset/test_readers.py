@@ -30,6 +30,6 @@ def test_duckdb(dataset: Path) -> None:
     query = f"""
         select kind, count(*), avg(reward), sum(len(goals)) from '{dataset}/*/*.parquet' group by kind order by kind
     """
-    assert duckdb.sql(query).fetchall() == [("grasp", 12, 1.0, 12), ("push", 24, 0.25, 24)]
-    unnested = duckdb.sql(f"select distinct goal.goal from (select unnest(goals) goal from '{dataset}/*/*.parquet')")
-    assert unnested.fetchall() == [("red",)]
+    assert duckdb.execute(query).fetchall() == [("grasp", 12, 1.0, 12), ("push", 24, 0.25, 24)]
+    goals = f"select unnest(goals) goal from '{dataset}/*/*.parquet'"
+    assert duckdb.execute(f"select distinct goal.goal from ({goals})").fetchall() == [("red",)]
