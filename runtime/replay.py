@@ -54,6 +54,7 @@ class ReplayResult:
 
     decisions: tuple[ReplayedDecision, ...]
     damage: tuple[str, ...]
+    onnxruntime_versions: tuple[str, ...] = ()  # that the decisions were logged with
 
     @property
     def checked(self) -> int:
@@ -106,7 +107,7 @@ def replay_log(
     *,
     tolerance: float = 0.0,
     bundle_sha256: str | None = None,
-    on_decision: Callable[[ReplayedDecision], None] | None = None,
+    on_decision: Callable[[int, int], None] | None = None,
 ) -> ReplayResult:
     """Make every decision of the log that begins at `path` again.
 
@@ -114,8 +115,9 @@ def replay_log(
     of its run. All fields must be equal, but for when and how fast; with a `tolerance`, numbers that are not whole may
     be that far off, and the sentence that says why, which rounds them, is not compared.
 
-    `bundle_sha256`: of `models`; decisions by others are refused, unless it is None. `on_decision` is told of each.
-    Raises `BadLog`, `OtherModels`, and `BadInput` where the target or a setting of the run cannot be used.
+    `bundle_sha256`: of `models`; decisions by others are refused, unless it is None. `on_decision` is told how many of
+    how many are done. Raises `BadLog`, `OtherModels`, and `BadInput` where the target or a setting of the run cannot be
+    used.
     """
     logged = read_decisions(path)
     for start in logged.starts:
@@ -134,10 +136,11 @@ def replay_log(
         for number in waiting.pop(frame.stamp_ns):
             replayed[number] = replay.decide(*logged.decisions[number], frame)
             if on_decision is not None:
-                on_decision(replayed[number])
+                on_decision(len(replayed), len(logged.decisions))
     for number in (number for numbers in waiting.values() for number in numbers):
         replayed[number] = ReplayedDecision(logged.decisions[number][0], unchecked="its camera frame is not in the log")
-    return ReplayResult(tuple(replayed[number] for number in sorted(replayed)), logged.damage)
+    versions = tuple(sorted({start.onnxruntime_version for start in logged.starts}))
+    return ReplayResult(tuple(replayed[number] for number in sorted(replayed)), logged.damage, versions)
 
 
 def settings_of(start: gi.RunStart) -> DecisionSettings:

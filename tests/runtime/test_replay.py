@@ -41,11 +41,16 @@ def rewritten(path: Path, out: Path, change: Any) -> Path:
 
 
 def test_the_same_models_decide_the_same(recorded_run: Path, color_models: Any) -> None:
-    heard = []
-    result = replay_log(recorded_run, color_models, bundle_sha256="b" * 64, on_decision=heard.append)
+    heard: list[tuple[int, int]] = []
+    result = replay_log(
+        recorded_run,
+        color_models,
+        bundle_sha256="b" * 64,
+        on_decision=lambda done, total: heard.append((done, total)),
+    )
     assert [decision.logged.policy for decision in result.decisions] == ["explorer", "coordinator"]
     assert (result.checked, result.different, result.identical, result.damage) == (2, 0, True, ())
-    assert tuple(heard) == result.decisions
+    assert heard == [(1, 2), (2, 2)]
 
 
 def test_other_models_are_found_out_and_a_tolerance_forgives_them(recorded_run: Path, color_models: Any) -> None:
@@ -214,3 +219,20 @@ def test_command_refuses_a_tolerance_below_nothing(recorded_run: Path, capsys: A
     with pytest.raises(SystemExit, match="2"):
         main(["replay", str(recorded_run), "--tolerance", "-1"])
     assert "'-1' is not a number from 0 on" in capsys.readouterr().err
+
+
+def test_command_on_many_logs_ends_with_a_total(recorded_run: Path, shipped: Any, tmp_path: Path, capsys: Any) -> None:
+    logs = tmp_path / "logs"
+    logs.mkdir()
+    for name in ("a", "b", "c"):
+        (logs / f"{name}.mcap").write_bytes(recorded_run.read_bytes())
+    assert main(["replay", str(logs)]) == 0
+    assert "3 of 3 logs, 6 of 6 decisions compared exactly: all as logged" in capsys.readouterr().out
+    (logs / "b.mcap").write_bytes(b"junk")
+    assert main(["replay", str(logs)]) == 2
+    said = capsys.readouterr().out
+    assert "b.mcap is not an MCAP log" in said
+    assert "2 of 3 logs, 4 of 4 decisions compared exactly: all as logged" in said
+    shipped.q_maps = ShiftedModels(type(shipped)(), 0.01).q_maps
+    assert main(["replay", str(logs / "a.mcap"), str(logs / "c.mcap"), str(logs / "b.mcap")]) == 1
+    assert "2 of 3 logs, 4 of 4 decisions compared exactly: 4 not as logged" in capsys.readouterr().out
