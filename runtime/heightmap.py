@@ -36,20 +36,10 @@ def project(frame: RgbdFrame, labels: NDArray[np.uint8], workspace: Workspace) -
     are left out. Gaps between samples at most two cells wide take over the nearest seen cell; wider ones stay
     unseen.
     """
-    rays = _rays(
-        frame.camera.width,
-        frame.camera.height,
-        frame.camera.intrinsics.astype(np.float64).tobytes(),
-        frame.camera.base_from_camera.astype(np.float64).tobytes(),
-        workspace,
-    )
     cells = workspace.cells
-    depth = frame.depth[rays.window]
-    rows = depth * rays.row + rays.origin_row
-    columns = depth * rays.column + rays.origin_column
-    heights = depth * rays.height + rays.origin_height
-    inside = (rows >= 0) & (rows < cells) & (columns >= 0) & (columns < cells)
-    pixels = np.flatnonzero(inside & (heights <= MAX_HEIGHT) & (depth > 0))
+    rays = _rays_of(frame.camera, workspace)
+    rows, columns, heights, inside = _points(frame, rays, workspace)
+    pixels = np.flatnonzero(inside)
 
     cell = rows.ravel()[pixels].astype(np.int64) * cells + columns.ravel()[pixels].astype(np.int64)
     height = np.maximum(heights.ravel()[pixels], 0.0)
@@ -76,6 +66,16 @@ def project(frame: RgbdFrame, labels: NDArray[np.uint8], workspace: Workspace) -
     )
 
 
+def pixels_over(frame: RgbdFrame, pixels: NDArray[np.bool_], workspace: Workspace) -> int:
+    """How many of some camera pixels, (height, width) bool, show a point over the workspace.
+
+    Unlike in heightmaps points count that lie under something else.
+    """
+    rays = _rays_of(frame.camera, workspace)
+    _, _, _, inside = _points(frame, rays, workspace)
+    return int(np.count_nonzero(inside & pixels[rays.window]))
+
+
 @dataclass(frozen=True)
 class _Rays:
     """What one metre of depth adds, per pixel of the image window that can see the workspace.
@@ -90,6 +90,28 @@ class _Rays:
     origin_row: np.float32
     origin_column: np.float32
     origin_height: np.float32
+
+
+def _points(
+    frame: RgbdFrame, rays: _Rays, workspace: Workspace
+) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
+    """Of every pixel of the window: row and column, fractional; height, metres; whether it is part of the clutter."""
+    cells, depth = workspace.cells, frame.depth[rays.window]
+    rows = depth * rays.row + rays.origin_row
+    columns = depth * rays.column + rays.origin_column
+    heights = depth * rays.height + rays.origin_height
+    inside = (rows >= 0) & (rows < cells) & (columns >= 0) & (columns < cells)
+    return rows, columns, heights, inside & (heights <= MAX_HEIGHT) & (depth > 0)
+
+
+def _rays_of(camera: Camera, workspace: Workspace) -> _Rays:
+    return _rays(
+        camera.width,
+        camera.height,
+        camera.intrinsics.astype(np.float64).tobytes(),
+        camera.base_from_camera.astype(np.float64).tobytes(),
+        workspace,
+    )
 
 
 @lru_cache(maxsize=4)

@@ -28,7 +28,7 @@ class Goal(Enum):
     """What a run is for, and therefore when it ends."""
 
     GRASP = "grasp"  # the target is in the gripper
-    FIND = "find"  # the target is seen
+    FIND = "find"  # the segmenter sees the target
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ def run_loop(
     while True:
         for watcher in watchers:
             watcher.perceived(frame, perception, memory.step)
-        progress.found = progress.found or perception.target_seen
+        progress.found = progress.found or perception.target_found
         if _is_over(progress, plan):
             return progress
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.runtime.frame import RgbdFrame
-from grasping_invisible.runtime.heightmap import Heightmaps, project
+from grasping_invisible.runtime.heightmap import Heightmaps, pixels_over, project
 from grasping_invisible.runtime.stopwatch import Stopwatch
 from grasping_invisible.runtime.workspace import Workspace
 
@@ -35,6 +35,7 @@ class Perception:
     `labels`: (H, W) uint8 class index of every pixel, as segmented. `maps`: heightmaps; the target's speckle
     is removed from their labels. `mask`: (N, N) bool, the target's heightmap cells, all false when it is not
     seen. `target_pixels`: of the target in the image, without speckle. `stage_ms`: time each stage took.
+    `target_glimpsed`: it shows in the image and lies in the workspace, but under something else.
     """
 
     labels: NDArray[np.uint8]
@@ -42,10 +43,16 @@ class Perception:
     mask: NDArray[np.bool_]
     target_pixels: int
     stage_ms: dict[str, float]
+    target_glimpsed: bool = False
+
+    @property
+    def target_found(self) -> bool:
+        """Whether the target shows at all, be it only its side, with something lying on top of it."""
+        return self.target_seen or self.target_glimpsed
 
     @property
     def target_seen(self) -> bool:
-        """Whether enough of the target shows to act on it."""
+        """Whether enough of the target shows from above to act on it."""
         return bool(self.mask.any())
 
 
@@ -64,8 +71,9 @@ def perceive(frame: RgbdFrame, segmenter: Segmenter, target: str, workspace: Wor
     mask = maps.labels == index
     if pixels < MIN_TARGET_PIXELS or np.count_nonzero(mask) < MIN_TARGET_CELLS:
         mask = np.zeros_like(mask)
+    glimpsed = not mask.any() and pixels_over(frame, patches, workspace) >= MIN_TARGET_PIXELS
     watch.lap("project")
-    return Perception(labels, maps, mask, pixels, watch.laps)
+    return Perception(labels, maps, mask, pixels, watch.laps, glimpsed)
 
 
 def target_patches(is_target: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -1,3 +1,5 @@
+import math
+
 import numpy as np
 import pytest
 
@@ -83,6 +85,27 @@ def test_a_target_beside_the_workspace_is_not_seen():
     seen = perceived(Painted(np.s_[230:250, 610:638]))
     assert seen.target_pixels == 20 * 28
     assert not seen.target_seen
+    assert not seen.target_found
+
+
+def test_a_target_under_something_else_is_found_but_cannot_be_acted_on():
+    """Seen askew, the red side of a block lies below the edge of what is on top of it."""
+    tilt = math.radians(45)
+    pose = np.eye(4)
+    pose[:3, :3] = [[1, 0, 0], [0, -math.sin(tilt), math.cos(tilt)], [0, -math.cos(tilt), -math.sin(tilt)]]
+    pose[:3, 3] = (0.53, -0.4, 0.4)
+    camera = Camera(640, 480, CAMERA.intrinsics, pose)
+    depth = np.full((480, 640), 5.0, np.float32)  # far away
+    side, lid = np.s_[240:260, 300:340], np.s_[180:240, 290:350]
+    depth[side] = 0.55
+    # Above every point of the side, and higher.
+    depth[lid] = 0.55 - (240 - np.arange(180, 240))[:, None] * 0.0012
+    frame = RgbdFrame(3, np.zeros((480, 640, 3), np.uint8), depth, camera)
+    alone = RgbdFrame(3, frame.color, np.where(Painted(side).labels > 0, depth, 5.0).astype(np.float32), camera)
+    assert perceive(alone, Painted(side), "red", Workspace()).target_seen
+    under = perceive(frame, Painted(side), "red", Workspace())
+    assert not under.target_seen
+    assert under.target_found
 
 
 def test_patches_touching_at_a_corner_are_one():
