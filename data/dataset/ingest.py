@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+import pyarrow as pa
 import pyarrow.parquet as pq
 
 from grasping_invisible.data.corrections import Corrections
@@ -119,6 +120,11 @@ class _RowFile:
         self._writer.close()
 
     def _flush(self) -> None:
-        if self._rows:
-            self._writer.write_table(table_of(self._rows), row_group_size=GROUP_ROWS)
-            self._rows = []
+        if not self._rows:
+            return
+        rows, self._rows = self._rows, []
+        try:
+            table = table_of(rows)
+        except (OverflowError, pa.ArrowInvalid) as error:  # such as a time in another age
+            raise Unusable(f"a number in it is out of all range: {error}") from error
+        self._writer.write_table(table, row_group_size=GROUP_ROWS)
