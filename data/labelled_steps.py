@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from grasping_invisible.data.clock import to_ns
 from grasping_invisible.data.corrections import Corrections
 from grasping_invisible.data.errors import BadMessage
 from grasping_invisible.data.heightmap_message import HeightmapArrays, decode_heightmaps
@@ -50,7 +51,7 @@ def _decoded(
     """The maps in a message, or those of the same frame that are decoded already; None where they are damaged."""
     if message is None:
         return None
-    if known is not None and known.stamp_ns == message.stamp.ToNanoseconds() and known.step == message.step:
+    if known is not None and known.stamp_ns == to_ns(message.stamp) and known.step == message.step:
         return known
     try:
         return decode_heightmaps(message)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasping_invisible.data.clock import to_ns, to_timestamp
+from grasping_invisible.data.errors import BadMessage
 from grasping_invisible.data.png import decode_plane, encode_png
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 
@@ -47,6 +48,8 @@ def encode_q_maps(maps: QMapArrays) -> gi.QMaps:
 def decode_q_maps(message: gi.QMaps) -> QMapArrays:
     """Raises `BadMessage` when an image is damaged or has not the shape the message states."""
     shape = (message.rotations, message.rows, message.columns)
+    if not np.isfinite((message.push_min, message.push_max, message.grasp_min, message.grasp_max)).all():
+        raise BadMessage("Q maps hold values that are not finite")
     return QMapArrays(
         stamp_ns=to_ns(message.stamp),
         step=message.step,

@@ -39,7 +39,6 @@ PANEL = 400  # pixels, side of a map
 _SMALL = 96  # pixels, side of one rotation's map in the strip of all
 _LONGEST = 1.0  # metres; a motion that says to be longer is damaged, not drawn
 _QUALITY = 86
-_SEEN = 30  # pixels; classes with fewer are not named
 
 
 @dataclass(frozen=True)
@@ -182,7 +181,7 @@ def _scale(stack: NDArray[np.float32]) -> tuple[float, float]:
 
 def _classes_in(labels: NDArray[np.uint8]) -> tuple[tuple[str, tuple[int, int, int]], ...]:
     counts = np.bincount(labels.ravel(), minlength=len(CLASSES))[1 : len(CLASSES)]
-    return tuple((name, RGB[name]) for name, count in zip(CLASSES[1:], counts, strict=True) if count >= _SEEN)
+    return tuple((name, RGB[name]) for name, count in zip(CLASSES[1:], counts, strict=True) if count)
 
 
 def _draw_in_view(view: Image, messages: Mapping[str, Message], motion: Motion) -> None:

@@ -44,3 +44,11 @@ def test_a_damaged_stack_is_a_bad_message() -> None:
     message.rotations = 3
     with pytest.raises(BadMessage):
         decode_q_maps(message)
+
+
+@pytest.mark.parametrize("bad", [np.nan, -np.inf])
+def test_bounds_that_are_not_finite_are_a_bad_message(bad: float) -> None:
+    message = encode_q_maps(maps_of(np.ones((2, 3, 4)), np.ones((2, 3, 4))))
+    message.grasp_min = bad
+    with pytest.raises(BadMessage, match="not finite"):
+        decode_q_maps(message)
