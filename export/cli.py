@@ -14,6 +14,7 @@ from grasping_invisible.export.bundle import export_checkpoints
 from grasping_invisible.runtime.bundle import load_bundle
 from grasping_invisible.runtime.manifest import Manifest, ModelFile
 from grasping_invisible.runtime.onnx_model import DEFAULT_THREADS, OnnxModel
+from grasping_invisible.training.checkpoint import SHIPPED, checkpoint_folder
 from grasping_invisible.training.command import run_command
 
 TIMED_RUNS = 15
@@ -25,7 +26,14 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="gi-export", description="Export trained checkpoints as the model bundle that the runtime loads."
     )
-    parser.add_argument("--checkpoints", type=Path, nargs="+", required=True, metavar="DIR", help="what gi-train wrote")
+    parser.add_argument(
+        "--checkpoints",
+        type=checkpoint_folder,
+        nargs="+",
+        required=True,
+        metavar="DIR",
+        help=f"what gi-train wrote; the first that holds a model gives it; '{SHIPPED}': those of the shipped models",
+    )
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the new bundle")
     parser.add_argument("--threads", type=int, default=DEFAULT_THREADS, help="ONNX Runtime threads to time with")
     options = parser.parse_args(arguments)
