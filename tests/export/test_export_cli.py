@@ -2,7 +2,10 @@ from pathlib import Path
 
 import pytest
 
+from grasping_invisible.export.bundle import export_checkpoints
 from grasping_invisible.export.cli import main
+from grasping_invisible.runtime.bundle import load_bundle
+from grasping_invisible.training.checkpoint import SHIPPED, checkpoint_folder
 
 
 def test_missing_checkpoints_are_one_line_and_exit_code_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -11,3 +14,17 @@ def test_missing_checkpoints_are_one_line_and_exit_code_2(tmp_path: Path, capsys
     assert error.startswith("gi-export: no segmenter checkpoint")
     assert error.count("\n") == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_the_shipped_checkpoints_make_the_shipped_models(tmp_path: Path) -> None:
+    manifest = export_checkpoints([checkpoint_folder(SHIPPED)], tmp_path)
+    shipped = load_bundle(None, threads=1).manifest
+    assert {kind: model.sha256 for kind, model in manifest.models.items()} == {
+        kind: model.sha256 for kind, model in shipped.models.items()
+    }
+
+
+def test_the_first_folder_that_holds_a_model_gives_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "critic.pt").write_bytes(b"no checkpoint")
+    assert main(["--checkpoints", str(tmp_path), SHIPPED, "--out", str(tmp_path / "out")]) == 2
+    assert str(tmp_path / "critic.pt") in capsys.readouterr().err
