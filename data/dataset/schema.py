@@ -89,6 +89,9 @@ SCHEMA = pa.schema(
     ]
 )
 
+# The system's allocator gives back what is freed; pyarrow's own would keep some 80 MB.
+pa.set_memory_pool(pa.system_memory_pool())
+
 _TEXTS = [field.name for field in SCHEMA if pa.types.is_string(field.type)]
 _NUMBERS = [field.name for field in SCHEMA if pa.types.is_primitive(field.type)]
 _WRITING: dict[str, Any] = {

@@ -66,7 +66,7 @@ def _waiting_rows(path: Path, log: LogEntry, wanted: ShardRun) -> Iterator[pa.Ta
             groups = -(-run.rows // GROUP_ROWS)
             if run.key == (wanted.run_id, wanted.started_ns):
                 for index in range(group, group + groups):
-                    yield file.read_row_group(index).cast(SCHEMA)
+                    yield file.read_row_group(index, use_threads=False).cast(SCHEMA)
             group += groups
 
 
@@ -97,5 +97,5 @@ class _OldRows:
     def _read(self, group: int) -> pa.Table:
         if self._group is None or self._group[0] != group:
             with pq.ParquetFile(self._path) as file:
-                self._group = group, file.read_row_group(group).cast(SCHEMA)
+                self._group = group, file.read_row_group(group, use_threads=False).cast(SCHEMA)
         return self._group[1]
