@@ -1,5 +1,7 @@
 """An evaluation from beginning to end: which runs are left, the runs, their results."""
 
+from collections.abc import Iterator
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,7 +10,7 @@ from rich.console import Console
 from grasping_invisible.data.progress import bar
 from grasping_invisible.runtime.bundle import load_bundle
 from grasping_invisible.runtime.errors import BadInput
-from grasping_invisible.training.evaluation import TrialResult, run_trials, trials_of
+from grasping_invisible.training.evaluation import Trial, TrialResult, run_trials, trials_of
 from grasping_invisible.training.evaluation_methods import method_named
 from grasping_invisible.training.stored_results import Measured, ResultsFile
 
@@ -49,18 +51,22 @@ def evaluate(evaluation: Evaluation, workers: int, console: Console) -> list[Tri
         raise BadInput("--workers must be at least 1")
     measured = evaluation.measured()
     trials = trials_of(evaluation.suite, evaluation.runs, evaluation.seed)
-    file = None if evaluation.results is None else ResultsFile(evaluation.results, measured)
-    done = {} if file is None else file.of(trials)
-    left = [trial for trial in trials if (trial.name, trial.seed) not in done]
-    log_dir = _log_folder(evaluation)
-    with bar(f"{evaluation.suite}, {measured.name}", len(trials), console, len(done)) as advance:
-        if left:
-            for result in run_trials(left, evaluation.models, method_named(evaluation.method), workers, log_dir):
+    with nullcontext() if evaluation.results is None else ResultsFile(evaluation.results, measured) as file:
+        done = {} if file is None else file.of(trials)
+        left = [trial for trial in trials if (trial.name, trial.seed) not in done]
+        with bar(f"{evaluation.suite}, {measured.name}", len(trials), console, len(done)) as advance:
+            for result in _runs(left, evaluation, workers):
                 done[result.scene, result.seed] = result
                 if file is not None:
                     file.add(result)
                 advance(f"{sum(item.success for item in done.values())} of {len(done)}")
     return [done[key] for key in sorted(done)]
+
+
+def _runs(trials: list[Trial], evaluation: Evaluation, workers: int) -> Iterator[TrialResult]:
+    if trials:
+        method = method_named(evaluation.method)
+        yield from run_trials(trials, evaluation.models, method, min(workers, len(trials)), _log_folder(evaluation))
 
 
 def _log_folder(evaluation: Evaluation) -> Path | None:

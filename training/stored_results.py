@@ -1,5 +1,7 @@
 """Results of evaluated runs in a file, each with all that it is a result of: a JSON object a line."""
 
+import fcntl
+import os
 from collections.abc import Iterable
 from importlib.metadata import version
 from pathlib import Path
@@ -39,20 +41,35 @@ Key = tuple[str, int]  # scene and seed
 class ResultsFile:
     """The results of one evaluation, kept as they come; an interrupted evaluation goes on from them.
 
-    Raises `BadInput` where the file holds results of anything else.
+    One process at a time has it open, until `close`. Raises `BadInput` where another has, or where the file holds
+    results of anything else.
     """
 
     def __init__(self, path: Path, measured: Measured) -> None:
-        self._path = path
         self._measured = measured
         self._commit, self._version = source_commit(), version("grasping-invisible")
-        self._results: dict[Key, TrialResult] = {}
-        if path.is_file():
-            _drop_cut_line(path)
-            for stored in read_results(path):
-                if stored.measured != measured:
-                    raise BadInput(f"{path} holds results of {stored.measured}, this is {measured}; name another file")
-                self._results[stored.result.scene, stored.result.seed] = stored.result
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._file = path.open("ab")
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            self._file.close()
+            raise BadInput(f"{path} is in use by another evaluation; wait for it, or name another file") from None
+        try:
+            self._results = _results_of(path, measured)
+        except BadInput:
+            self._file.close()
+            raise
+
+    def close(self) -> None:
+        """Let others have the file."""
+        self._file.close()
+
+    def __enter__(self) -> "ResultsFile":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def of(self, trials: Iterable[Trial]) -> dict[Key, TrialResult]:
         """The results of these runs that are there."""
@@ -61,12 +78,11 @@ class ResultsFile:
 
     def add(self, result: TrialResult) -> None:
         """Keep one more result."""
-        self._path.parent.mkdir(parents=True, exist_ok=True)
         stored = StoredResult(
             measured=self._measured, source_commit=self._commit, project_version=self._version, result=result
         )
-        with self._path.open("ab") as file:
-            file.write(msgspec.json.encode(stored) + b"\n")
+        self._file.write(msgspec.json.encode(stored) + b"\n")
+        self._file.flush()
 
 
 def read_results(path: Path) -> list[StoredResult]:
@@ -77,9 +93,19 @@ def read_results(path: Path) -> list[StoredResult]:
         raise BadInput(f"{path} does not hold results of gi-eval run: {error}") from None
 
 
+def _results_of(path: Path, measured: Measured) -> dict[Key, TrialResult]:
+    _drop_cut_line(path)
+    results = {}
+    for stored in read_results(path):
+        if stored.measured != measured:
+            raise BadInput(f"{path} holds results of {stored.measured}, this is {measured}; name another file")
+        results[stored.result.scene, stored.result.seed] = stored.result
+    return results
+
+
 def _drop_cut_line(path: Path) -> None:
     """A kill may have left half a line at the end."""
     data = path.read_bytes()
     whole = data[: data.rfind(b"\n") + 1]
     if whole != data:
-        path.write_bytes(whole)
+        os.truncate(path, len(whole))

@@ -35,9 +35,9 @@ def results_file(tmp_path: Path) -> Callable[..., Path]:
     def write(suite: str, method: str, results: list[TrialResult], name: str | None = None, bundle: str = "b") -> Path:
         path = tmp_path / "results" / f"{suite}-{name or method}-{bundle}.jsonl"
         path.unlink(missing_ok=True)
-        file = ResultsFile(path, Measured(suite, method, name or method, bundle * 64))
-        for result in results:
-            file.add(result)
+        with ResultsFile(path, Measured(suite, method, name or method, bundle * 64)) as file:
+            for result in results:
+                file.add(result)
         return path
 
     return write

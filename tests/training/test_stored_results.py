@@ -13,10 +13,11 @@ def test_an_interrupted_evaluation_goes_on_from_what_is_there(tmp_path: Path, re
     path = tmp_path / "new" / "results.jsonl"
     trials = trials_of("coordination", 2, 0)
     first = result_of(trials[0].name, trials[0].seed, True, 2)
-    ResultsFile(path, OURS).add(first)
-    file = ResultsFile(path, OURS)
-    assert file.of(trials) == {(first.scene, first.seed): first}
-    assert file.of(trials[1:]) == {}
+    with ResultsFile(path, OURS) as file:
+        file.add(first)
+    with ResultsFile(path, OURS) as file:
+        assert file.of(trials) == {(first.scene, first.seed): first}
+        assert file.of(trials[1:]) == {}
     (stored,) = read_results(path)
     assert (stored.measured, stored.result) == (OURS, first)
     assert stored.source_commit
@@ -34,7 +35,8 @@ def test_an_interrupted_evaluation_goes_on_from_what_is_there(tmp_path: Path, re
 )
 def test_results_of_something_else_are_refused(tmp_path: Path, result_of, other: Measured, named: str):
     path = tmp_path / "results.jsonl"
-    ResultsFile(path, other).add(result_of("coordination-00", 0, True, 2))
+    with ResultsFile(path, other) as file:
+        file.add(result_of("coordination-00", 0, True, 2))
     before = path.read_bytes()
     with pytest.raises(BadInput, match=f"holds results of .*{named}.*, this is ours by bundle b.* on coordination"):
         ResultsFile(path, OURS)
@@ -43,13 +45,23 @@ def test_results_of_something_else_are_refused(tmp_path: Path, result_of, other:
 
 def test_half_a_line_that_a_kill_left_is_made_again(tmp_path: Path, result_of):
     path = tmp_path / "results.jsonl"
-    file = ResultsFile(path, OURS)
-    for seed in range(2):
-        file.add(result_of("coordination-00", seed, True, 2))
+    with ResultsFile(path, OURS) as file:
+        for seed in range(2):
+            file.add(result_of("coordination-00", seed, True, 2))
     path.write_bytes(path.read_bytes()[:-20])
-    again = ResultsFile(path, OURS)
-    again.add(result_of("coordination-00", 1, True, 2))
+    with ResultsFile(path, OURS) as again:
+        again.add(result_of("coordination-00", 1, True, 2))
     assert [stored.result.seed for stored in read_results(path)] == [0, 1]
+
+
+def test_two_evaluations_never_write_one_file(tmp_path: Path, result_of):
+    path = tmp_path / "results.jsonl"
+    with ResultsFile(path, OURS) as file:
+        with pytest.raises(BadInput, match=r"results.jsonl is in use by another evaluation"):
+            ResultsFile(path, OURS)
+        file.add(result_of("coordination-00", 0, True, 2))  # and the first goes on
+    with ResultsFile(path, OURS):
+        assert len(read_results(path)) == 1
 
 
 def test_another_file_is_no_file_of_results(tmp_path: Path):
