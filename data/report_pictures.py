@@ -201,7 +201,7 @@ def _draw_in_view(view: Image, messages: Mapping[str, Message], motion: Motion) 
 def _map_with_motion(image: Image, maps: HeightmapArrays, motion: Motion | None) -> Image:
     panel = np.asarray(cv2.resize(image, (PANEL, PANEL), interpolation=cv2.INTER_NEAREST), np.uint8)
     size = maps.resolution * max(maps.height.shape)
-    if motion is None or not 0 < size < 10 * _LONGEST:
+    if motion is None or not 0 < size < 10 * _LONGEST or not all(abs(place) < 10 * _LONGEST for place in maps.center):
         return panel
     left, top = maps.center[0] - size / 2, maps.center[1] + size / 2
     scale = PANEL / size

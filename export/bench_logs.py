@@ -1,9 +1,12 @@
 """Logs for `gi-bench rebuild`: small runs that look like real ones, made quickly and from a seed."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
 import numpy as np
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from google.protobuf.message import Message
 
 from grasping_invisible.data import topics
@@ -55,7 +58,8 @@ class LogMaker:
         log.finish()
         return path
 
-    def _run(self, number: int, rng: np.random.Generator) -> list[tuple[Topic, Message]]:
+    def _run(self, number: int, rng: np.random.Generator) -> Iterator[tuple[Topic, Message]]:
+        """Messages to be written at once: the next step may change them."""
         run_id = f"{self._seed:04x}{number:08x}"
         target = str(rng.choice(TARGET_COLORS))
         start = gi.RunStart(
@@ -71,13 +75,11 @@ class LogMaker:
             robot="gi-bench",
         )
         end = gi.RunSummary(stamp=to_timestamp(BEGIN_NS), run_id=run_id, motions=STEPS, ended_because="budget")
-        steps = [pair for step in range(STEPS) for pair in self._step(step, rng)]
-        return [
-            (topics.RUN_START, start),
-            *steps,
-            (topics.HEIGHTMAPS, self._seen(STEPS, rng)),
-            (topics.RUN_SUMMARY, end),
-        ]
+        yield topics.RUN_START, start
+        for step in range(STEPS):
+            yield from self._step(step, rng)
+        yield topics.HEIGHTMAPS, self._seen(STEPS, rng)
+        yield topics.RUN_SUMMARY, end
 
     def _step(self, step: int, rng: np.random.Generator) -> list[tuple[Topic, Message]]:
         stamp = to_timestamp(BEGIN_NS + step * STEP_NS)
@@ -88,8 +90,11 @@ class LogMaker:
         holding = kind == gi.GRASP and bool(rng.random() < 0.3)
         q_maps = self._q_maps[int(rng.integers(len(self._q_maps)))]
         q_maps.step = step
+        frame = self._frames[int(rng.integers(len(self._frames)))]
+        for _, image in frame:
+            image.timestamp.CopyFrom(stamp)
         return [
-            *self._frames[int(rng.integers(len(self._frames)))],
+            *frame,
             (topics.HEIGHTMAPS, self._seen(step, rng)),
             (
                 topics.DECISION,
@@ -166,7 +171,7 @@ def _values(rng: np.random.Generator) -> gi.QMaps:
     return encode_q_maps(QMapArrays(0, 0, stack[:ROTATIONS], stack[ROTATIONS:]))
 
 
-def _frame(rng: np.random.Generator) -> list[tuple[Topic, Message]]:
+def _frame(rng: np.random.Generator) -> list[tuple[Topic, CompressedImage | RawImage]]:
     """A camera's image and depth, with noise."""
     coarse = rng.uniform(40, 220, (12, 16, 3)).astype(np.float32)
     color = np.asarray(cv2.resize(coarse, _FRAME, interpolation=cv2.INTER_NEAREST), np.float32)

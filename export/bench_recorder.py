@@ -54,8 +54,6 @@ RUN_ID = "gi-bench"
 ENDLESS = 1 << 30  # motions
 FRAME_BYTES = 1_000_000  # about what a frame takes on the disk, for a look at the room there is
 _STARTING_SECONDS = 600.0  # for the robot's process to have rendered its frames; it takes ten on an idle machine
-_STOPPING_SECONDS = 10.0
-_ON_THE_WAY_SECONDS = 0.5  # a frame on loopback takes a hundredth of that
 
 
 class RecorderFigures(msgspec.Struct, frozen=True):
@@ -112,7 +110,7 @@ def run(options: argparse.Namespace) -> int:
             robot = _RobotProcess(options.hz)
         try:
             with bar("recording", round(options.seconds), console) as advance:
-                interrupted = run.record(robot, options.seconds, advance)
+                interrupted = run.record(robot.endpoint, options.seconds, advance)
         finally:
             robot.close()
         with console.status("checking the log"):
@@ -184,15 +182,15 @@ class _Run:
         self._waits = _Waits(self._recorder)
         self._progress = RunProgress()
         self._seconds = self._cpu_writer = self._cpu_all = 0.0
-        self._sent = 0
+        self._lost = 0
 
-    def record(self, process: "_RobotProcess", seconds: float, advance: Advance) -> bool:
+    def record(self, endpoint: str, seconds: float, advance: Advance) -> bool:
         """Run the loop for so long; true when Ctrl-C ended it."""
         bus = Bus(sinks=(self._waits,))
         target = load_scene(SCENE).target
         log = RunLog(bus, target)
         log.started(self._facts(target))
-        robot = ZenohRobot(process.endpoint, bus, LinkSettings(), RUN_ID)
+        robot = ZenohRobot(endpoint, bus, LinkSettings(), RUN_ID)
         clock = _Clock(seconds, advance)
         cpu_before, why, interrupted = time.process_time(), "time is up", False
         try:
@@ -206,7 +204,7 @@ class _Run:
             self._seconds = clock.elapsed
             self._cpu_all = time.process_time() - cpu_before
             self._cpu_writer = _cpu_seconds("recorder")
-            self._sent = process.stop_sending()
+            self._lost = robot.lost_messages.get(COLOR_IMAGE.key, 0)
             robot.close()
             log.ended(RUN_ID, self._progress, why, self._recorder.dropped_messages)
         return interrupted
@@ -226,7 +224,7 @@ class _Run:
             asked_seconds=asked_seconds,
             hz=hz,
             frames=self._waits.heard[COLOR_IMAGE.key],
-            frames_lost=self._sent - self._waits.heard[COLOR_IMAGE.key],
+            frames_lost=self._lost,
             decisions=len(self._progress.decision_ms),
             messages=len(waits),
             dropped=self._recorder.dropped_messages,
@@ -264,28 +262,19 @@ class _RobotProcess:
 
     def __init__(self, hz: float) -> None:
         context = multiprocessing.get_context("spawn")
-        self._pipe, theirs = context.Pipe()
+        pipe, theirs = context.Pipe()
         self._process = context.Process(target=_serve, args=(hz, theirs), daemon=True)
         self._process.start()
         theirs.close()
         try:
-            if not self._pipe.poll(_STARTING_SECONDS):
+            if not pipe.poll(_STARTING_SECONDS):
                 raise RobotError(f"the robot's process is not ready after {_STARTING_SECONDS:g} s")
-            self.endpoint: str = self._pipe.recv()
+            self.endpoint: str = pipe.recv()
         except EOFError:
             raise RobotError("the robot's process has ended; what it said is above") from None
         except BaseException:
             self._process.kill()
             raise
-
-    def stop_sending(self) -> int:
-        """How many frames it has sent; those on their way arrive by the time this returns."""
-        self._pipe.send(None)
-        if not self._pipe.poll(_STOPPING_SECONDS):
-            raise RobotError("the robot's process does not answer")
-        sent = self._pipe.recv()
-        time.sleep(_ON_THE_WAY_SECONDS)
-        return sent
 
     def close(self) -> None:
         """End the process."""

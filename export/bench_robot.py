@@ -48,23 +48,15 @@ M = TypeVar("M", CompressedImage, RawImage, CameraCalibration, JointStates)
 
 
 def serve(hz: float, pipe: Connection) -> None:
-    """Serve until the parent says so; tells the endpoint first, at the end how many frames were sent, and waits."""
+    """Serve until the parent ends this process; tells it the endpoint first."""
     robot = BenchRobot(_frames())
     endpoint, server = serve_at_free_port(robot)
     pipe.send(endpoint)
-    ended = threading.Event()
-    sender = threading.Thread(target=_send_frames, args=(server.bus.publish, robot, hz, ended))
-    sender.start()
-    while not pipe.poll():
-        command = server.next_command(0.1)
+    threading.Thread(target=_send_frames, args=(server.bus.publish, robot.frames, hz), daemon=True).start()
+    while True:
+        command = server.next_command(1.0)
         if command is not None:
             server.publish_outcome(server.carry_out(command))
-    pipe.recv()
-    ended.set()
-    sender.join()
-    pipe.send(robot.sent)
-    pipe.poll(None)  # what was sent may still be on its way
-    server.close()
 
 
 class _Frame:
@@ -96,7 +88,6 @@ class BenchRobot:
 
     def __init__(self, frames: list[_Frame]) -> None:
         self.frames = frames
-        self.sent = 0
         self._moving = False
 
     def refusal(self, command: gi.MotionCommand) -> str | None:
@@ -131,18 +122,16 @@ class BenchRobot:
         )
 
 
-def _send_frames(publish: Callable[..., object], robot: BenchRobot, hz: float, ended: threading.Event) -> None:
+def _send_frames(publish: Callable[..., object], frames: list[_Frame], hz: float) -> None:
     truth = gi.TruthState(scene=SCENE, target_color=load_scene(SCENE).target)
     due = time.monotonic()
-    for frame in cycle(robot.frames):
-        if ended.wait(max(0.0, due - time.monotonic())):
-            return
+    for frame in cycle(frames):
+        time.sleep(max(0.0, due - time.monotonic()))
         stamp = time.time_ns()
         truth.stamp.CopyFrom(to_timestamp(stamp))
         publish(TRUTH, truth)
         for topic, message in frame.restamped(stamp):
             publish(topic, message)
-        robot.sent += 1
         due += 1.0 / hz
 
 

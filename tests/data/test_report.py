@@ -143,6 +143,15 @@ def test_numbers_that_make_no_sense_draw_nothing(write_run, page_of, run_of) -> 
     assert page.text.count("Not in this log: Q maps") == 3
 
 
+@pytest.mark.parametrize("place", [float("inf"), float("nan"), 1e300])
+def test_a_workspace_beyond_all_measure_draws_no_motion(write_run, page_of, run_of, place: float) -> None:
+    messages = run_of()
+    for _, message in messages:
+        if isinstance(message, gi.Heightmaps):
+            message.origin.y = place
+    assert page_of(write_run(messages=messages)).text.count("Target mask") == 3
+
+
 def test_an_output_that_cannot_be_written_is_code_2(write_run, tmp_path: Path, capsys) -> None:
     log = write_run()
     before = log.read_bytes()
