@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
 
@@ -75,7 +75,7 @@ class Failure:
 
 
 def read_runs(path: Path) -> Iterator[Run]:
-    """The runs of a log. Raises `BadLog`."""
+    """The runs of a log, without Q maps, which say nothing here and weigh most. Raises `BadLog`."""
     summaries = {
         logged.message.run_id: logged.message
         for part in parts_of(path)
@@ -85,7 +85,7 @@ def read_runs(path: Path) -> Iterator[Run]:
     of_run: dict[str, list[LoggedStep]] = {}
     for step in steps(path):
         if step.start is not None:
-            of_run.setdefault(step.start.run_id, []).append(step)
+            of_run.setdefault(step.start.run_id, []).append(replace(step, q_maps=None))
     for run_id, of_this in of_run.items():
         start = of_this[0].start
         assert start is not None

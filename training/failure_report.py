@@ -10,10 +10,11 @@ from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from grasping_invisible.data.action_grid import PUSH_LENGTH
 from grasping_invisible.data.camera_frames import camera_frames
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.data.clock import to_ns
-from grasping_invisible.data.drawing import strokes
+from grasping_invisible.data.drawing import GRASP_COLOR, PUSH_COLOR, strokes
 from grasping_invisible.data.images import decode_color
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.steps import LoggedStep
@@ -23,8 +24,6 @@ from grasping_invisible.training.failed_runs import Cause, Failure, Run
 
 _GROUP = tuple[str, str]  # suite and method
 DPI = 110
-PUSH_INK, GRASP_INK = "#ffd61e", "#50ff78"
-_PUSH_LENGTH = 0.10  # metres
 
 
 def failure_tables(runs: Sequence[tuple[Run, Failure | None]]) -> str:
@@ -113,8 +112,8 @@ def _draw_map(axes: Axes, message: gi.Heightmaps | None, step: LoggedStep | None
     if mask.any():
         axes.contour(mask[::-1], levels=[0.5], extent=(left, right, low, high), colors="white", linewidths=1.2)
     decision = step.decision
-    ink = PUSH_INK if decision.kind == gi.PUSH else GRASP_INK
-    for start, end in strokes(decision.kind, decision.position.x, decision.position.y, decision.yaw, _PUSH_LENGTH):
+    ink = tuple(level / 255 for level in (PUSH_COLOR if decision.kind == gi.PUSH else GRASP_COLOR))
+    for start, end in strokes(decision.kind, decision.position.x, decision.position.y, decision.yaw, PUSH_LENGTH):
         for color, width in (("black", 4.0), (ink, 2.0)):
             axes.annotate("", end, start, arrowprops={"arrowstyle": "->", "color": color, "lw": width})
 

@@ -1,6 +1,7 @@
 """`gi-eval failures`: why runs failed, counted from their logs."""
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
@@ -39,7 +40,7 @@ def write_failures(logs: list[Path], out: Path, console: Console) -> None:
     with bar("reading logs", len(files), console) as advance:
         for file in files:
             try:
-                runs += [(one, failure_of(one)) for one in read_runs(file)]
+                runs += [_looked_into(one) for one in read_runs(file)]
             except BadLog as error:
                 unreadable.append(str(error))
             advance()
@@ -52,6 +53,12 @@ def write_failures(logs: list[Path], out: Path, console: Console) -> None:
     (out / "failures.md").write_text(text, encoding="utf-8")
     draw_failures([failure for _, failure in runs if failure is not None], out / "failures.png")
     print(text)
+
+
+def _looked_into(run: Run) -> tuple[Run, Failure | None]:
+    """A run and its failure; of one that did not fail, nothing else is wanted."""
+    failure = failure_of(run)
+    return (replace(run, steps=()) if failure is None else run), failure
 
 
 def _files(paths: list[Path]) -> list[Path]:
