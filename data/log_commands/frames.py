@@ -16,7 +16,7 @@ from grasping_invisible.data.drawing import painted
 from grasping_invisible.data.errors import BadMessage
 from grasping_invisible.data.heightmap_message import decode_heightmaps
 from grasping_invisible.data.images import decode_depth, decode_labels
-from grasping_invisible.data.log_commands.output import console
+from grasping_invisible.data.log_commands.output import console, progress
 from grasping_invisible.data.log_reader import LogReader
 from grasping_invisible.data.log_storage import parts_of
 from grasping_invisible.data.png import encode_png
@@ -45,15 +45,18 @@ def run(arguments: argparse.Namespace) -> int:
     damaged = 0
     out: Path = arguments.out
     out.mkdir(parents=True, exist_ok=True)
-    for part in parts_of(arguments.file):
-        for logged in LogReader(part).messages(by_topic):
-            kind = by_topic[logged.topic]
-            try:
-                for suffix, data in _KINDS[kind][1](logged.message):
-                    (out / f"{logged.log_time_ns}_{kind}{suffix}").write_bytes(data)
-                    written[kind] += 1
-            except BadMessage:
-                damaged += 1
+    with progress("writing images", [arguments.file]) as told:
+        for number, part in enumerate(parts := parts_of(arguments.file)):
+            reader, size = LogReader(part), part.stat().st_size
+            for logged in reader.messages(by_topic):
+                kind = by_topic[logged.topic]
+                try:
+                    for suffix, data in _KINDS[kind][1](logged.message):
+                        (out / f"{logged.log_time_ns}_{kind}{suffix}").write_bytes(data)
+                        written[kind] += 1
+                except BadMessage:
+                    damaged += 1
+                told(number * size + reader.position, len(parts) * size)  # parts are about of one size
     counts = ", ".join(f"{count} {kind}" for kind, count in sorted(written.items())) or "no images"
     console().print(Text(f"{counts} written to {out}"))
     if damaged:
