@@ -192,11 +192,17 @@ class _Decoder:
 
 
 def _mismatch(schema: Schema | None, channel: Channel) -> str:
-    """Why the messages of a channel are not what its topic promises; empty where they are."""
-    if schema is None or channel.message_encoding != "protobuf" or schema.encoding != "protobuf":
+    """Why the messages of a channel are not what its topic promises; empty where they are.
+
+    A schema that the channel names and that is lost says nothing against it: the topic's own is known.
+    """
+    has_schema = channel.schema_id != 0 if schema is None else schema.encoding == "protobuf"
+    if not has_schema or channel.message_encoding != "protobuf":
         return f"{channel.topic} is not protobuf with a schema"
     expected = BY_KEY[channel.topic].message.DESCRIPTOR.full_name
-    return "" if schema.name == expected else f"{channel.topic} holds {schema.name}, expected {expected}"
+    if schema is not None and schema.name != expected:
+        return f"{channel.topic} holds {schema.name}, expected {expected}"
+    return ""
 
 
 def _foreign(schema: Schema | None, channel: Channel) -> Callable[[bytes], Message] | None:

@@ -6,10 +6,12 @@ from pathlib import Path
 
 from mcap.records import Channel, Schema
 from mcap.writer import Writer
+from mcap_protobuf.schema import register_schema
 
 from grasping_invisible.data.errors import BadLog, BadRequest
 from grasping_invisible.data.log_reader import LogReader
 from grasping_invisible.data.log_storage import parts_of
+from grasping_invisible.data.topics import BY_KEY
 
 _TOLD_EVERY = 64  # messages
 RECOVERED = "recovered"  # metadata: which log this was made from, and what was lost
@@ -62,7 +64,7 @@ class _Copy:
         self._size = size
         self._read = 0
         self._metadata: dict[str, dict[str, str]] = {}
-        self._schemas: dict[tuple[str, bytes], int] = {}
+        self._schemas: dict[tuple[str, bytes] | str, int] = {}
         self._channels: dict[tuple[str, str, int], int] = {}
         writer.start(library="grasping-invisible")
 
@@ -94,13 +96,20 @@ class _Copy:
 
     def _channel(self, schema: Schema | None, channel: Channel) -> int:
         """The new file's number of a channel, described there when it is first met."""
-        schema_id = 0
-        if schema is not None:
-            described = (schema.name, schema.data)
-            if described not in self._schemas:
-                self._schemas[described] = self._writer.register_schema(schema.name, schema.encoding, schema.data)
-            schema_id = self._schemas[described]
+        schema_id = self._schema(schema, channel.topic)
         key = (channel.topic, channel.message_encoding, schema_id)
         if key not in self._channels:
             self._channels[key] = self._writer.register_channel(*key, metadata=channel.metadata)
         return self._channels[key]
+
+    def _schema(self, schema: Schema | None, topic: str) -> int:
+        """The new file's number of a schema; of our topics' own where it was lost, 0 where there is none."""
+        if schema is None and topic not in BY_KEY:
+            return 0
+        key = (schema.name, schema.data) if schema is not None else topic
+        if key not in self._schemas:
+            if schema is not None:
+                self._schemas[key] = self._writer.register_schema(schema.name, schema.encoding, schema.data)
+            else:
+                self._schemas[key] = register_schema(self._writer, BY_KEY[topic].message)
+        return self._schemas[key]

@@ -1,6 +1,10 @@
 from pathlib import Path
 
 import pytest
+from mcap.reader import make_reader
+from mcap.records import Channel, Message
+from mcap.stream_reader import StreamReader
+from mcap.writer import Writer
 
 from grasping_invisible.data.errors import BadLog, BadRequest
 from grasping_invisible.data.log_check import check_log
@@ -39,8 +43,6 @@ def test_a_complete_log_loses_nothing(write_run, tmp_path: Path) -> None:
 
 
 def test_the_library_reads_a_recovered_log(cut_log: Path, tmp_path: Path) -> None:
-    from mcap.reader import make_reader
-
     out = tmp_path / "good.mcap"
     recovery = recover(cut_log, out)
     with out.open("rb") as file:
@@ -86,3 +88,24 @@ def test_a_log_in_parts_becomes_one_file(write_run, tmp_path: Path) -> None:
     sequences = [logged.sequence for logged in read_messages(tmp_path / "good.mcap", [DECISION.key])]
     assert sequences == sorted(sequences)
     assert sequences[-1] == 11
+
+
+def test_a_lost_schema_of_ours_is_known(write_run, tmp_path: Path) -> None:
+    path = write_run(settings=RecordingSettings(flush_seconds=0.0))
+    lost = tmp_path / "lost.mcap"
+    with path.open("rb") as file, lost.open("wb") as out:
+        writer = Writer(out)
+        writer.start()
+        channels: dict[int, int] = {}
+        for record in StreamReader(file).records:
+            if isinstance(record, Channel):  # names a schema that the file does not hold
+                channels[record.id] = writer.register_channel(record.topic, record.message_encoding, 77)
+            elif isinstance(record, Message):
+                channel = channels[record.channel_id]
+                writer.add_message(channel, record.log_time, record.data, record.publish_time, record.sequence)
+        writer.finish()
+    assert recover(lost, tmp_path / "good.mcap").messages == 35
+    assert check_log(tmp_path / "good.mcap").problems == []
+    with (tmp_path / "good.mcap").open("rb") as file:
+        schemas = {schema.name for schema, _, _ in make_reader(file).iter_messages() if schema is not None}
+    assert "grasping_invisible.v1.Decision" in schemas
