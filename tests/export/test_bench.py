@@ -1,6 +1,10 @@
 """The benchmarks measure something: small ones of each, as a person or a program would run them."""
 
 import json
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -89,3 +93,22 @@ def test_bad_usage_is_code_2(arguments: list[str], capsys: pytest.CaptureFixture
         main(arguments)
     assert ended.value.code == 2
     assert "usage: gi-bench" in capsys.readouterr().err
+
+
+def test_ctrl_c_ends_recording_with_the_figures_so_far(tmp_path: Path) -> None:
+    recorder = [sys.executable, "-m", "grasping_invisible.export.bench_cli", "recorder", "--json", "--hz", "5"]
+    command = [*recorder, "--seconds", "500", "--out", str(tmp_path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        deadline = time.monotonic() + 300
+        while sum(path.stat().st_size for path in tmp_path.glob("*.mcap")) < 5_000_000:
+            assert process.poll() is None
+            assert time.monotonic() < deadline
+            time.sleep(0.1)
+        process.send_signal(signal.SIGINT)
+        said, complaints = process.communicate(timeout=60)
+    assert process.returncode == 130, complaints
+    assert "Traceback" not in complaints
+    figures = json.loads(said)
+    assert 0 < figures["seconds"] < 300
+    assert figures["frames"] > 0
+    assert figures["check"] == []
