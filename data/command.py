@@ -14,7 +14,7 @@ def run_command(program: str, body: Callable[[], int], interrupted: str = "") ->
     """
 
     def refuse(reason: str) -> int:
-        print(f"{program}: {reason}", file=sys.stderr)
+        print(f"{program}: {_one_line(reason)}", file=sys.stderr)
         return EXIT_BAD_INPUT
 
     try:
@@ -33,3 +33,8 @@ def run_command(program: str, body: Callable[[], int], interrupted: str = "") ->
             print(f"{program}: {interrupted}", file=sys.stderr)
         return EXIT_INTERRUPTED
     return code
+
+
+def _one_line(text: str) -> str:
+    """A text that may quote a log, which may hold anything: on one line, and without what would steer a terminal."""
+    return "".join(sign if sign.isprintable() else f"\\x{ord(sign):02x}" for sign in " ".join(text.splitlines()))
