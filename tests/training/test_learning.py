@@ -7,6 +7,7 @@ after, a rise of 0.75 at the least.
 """
 
 import math
+from collections.abc import Iterator
 from itertools import chain
 from pathlib import Path
 
@@ -130,6 +131,15 @@ def learn(experience: Experience, planks: list[Plank], seed: int, folder: Path) 
     settings = CriticTraining(path, steps=STEPS, rounds=1, batch=BATCH, learning_rate=LEARNING_RATE, seed=seed)
     train_critic(settings, experience, Console(quiet=True))
     return before, examine(load_critic(path), planks)
+
+
+@pytest.fixture(autouse=True)
+def one_thread() -> Iterator[None]:
+    """Steps so small gain nothing from a second thread, and lose much to it on a machine with other work."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(threads)
 
 
 def test_practice_makes_the_critic_grasp_what_it_did_not_before(
