@@ -7,10 +7,10 @@ import torch
 from numpy.typing import NDArray
 
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
-from grasping_invisible.data.rewards import GRASP_AIMED, GRASP_SUCCEEDED, PUSH_FREED
+from grasping_invisible.data.rewards import GRASP_AIMED, GRASP_SUCCEEDED
 from grasping_invisible.training.critic_batch import example, executed_values
 from grasping_invisible.training.critic_net import CriticNet
-from grasping_invisible.training.transitions import Transition
+from grasping_invisible.training.transitions import ANY_OBJECT, OBJECT_GRASPED, Transition
 
 BATCH = 32
 
@@ -20,15 +20,16 @@ def score_critic(net: CriticNet, transitions: Sequence[Transition], targets: NDA
 
     `targets`: (T,), reward plus discounted value of the next state. `td_error`: mean absolute difference to them.
     `grasp_auc`, `push_auc`: how well the Q value tells successful from failed grasps aimed at the goal, and pushes
-    that freed its border from others. `grasp_accuracy`: with grasps called successful above 0.75, half way between
-    the rewards of failure and success.
+    that freed its border from others. `grasp_accuracy`: with grasps called successful above the middle between the
+    rewards of failure and success.
     """
     values = predicted(net, transitions)
     push = np.array([transition.kind == gi.PUSH for transition in transitions], np.bool_)
     aimed = np.array([transition.aimed for transition in transitions], np.bool_)
     success = np.array([transition.success for transition in transitions], np.bool_)
-    freed = np.array([transition.reward >= PUSH_FREED for transition in transitions], np.bool_)
-    middle = (GRASP_AIMED + GRASP_SUCCEEDED) / 2
+    freed = np.array([transition.did_its_part for transition in transitions], np.bool_)
+    agnostic = any(transition.goal == ANY_OBJECT for transition in transitions)
+    middle = OBJECT_GRASPED / 2 if agnostic else (GRASP_AIMED + GRASP_SUCCEEDED) / 2
     scores = {
         "td_error": float(np.abs(values - targets).mean()),
         "grasp_auc": auc(values[aimed], success[aimed]),

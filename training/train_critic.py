@@ -13,7 +13,6 @@ from torch.nn import functional
 
 from grasping_invisible.data.action_grid import ROTATIONS
 from grasping_invisible.data.progress import bar
-from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.manifest import file_sha256
 from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights
@@ -132,10 +131,8 @@ def value_next_states(
 ) -> None:
     """Write reward plus discounted value of the next state into `targets`, (T,).
 
-    Only pushes look ahead. A failed grasp mostly leaves the scene as it was: were the next state's value added to the
-    0.5 it earns for its aim, failing would be worth as much as succeeding, and the critic could not tell them apart.
-    The network as it is now stays the target network until the next call. A state without the goal in view counts
-    nothing. Values lie within 0 and 1: no sequence of motions earns more.
+    It counts for transitions that look ahead. The network as it is now stays the target network until the next call. A
+    state without the goal in view counts nothing. Values lie within 0 and 1: no sequence of motions earns more.
     """
     net.eval()
     rng = np.random.default_rng(seed)
@@ -143,7 +140,7 @@ def value_next_states(
     with bar("valuing next states", len(transitions), console) as advance:
         for index, transition in enumerate(transitions):
             then = transition.then
-            if then is not None and transition.kind == gi.PUSH:
+            if then is not None and transition.looks_ahead:
                 key = id(then), transition.goal
                 if key not in values and (then.unpack_labels() == transition.goal).any():
                     after = then.unpack()

@@ -9,13 +9,16 @@ from numpy.typing import NDArray
 
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
-from grasping_invisible.data.rewards import GRASP_SUCCEEDED, PUSH_FREED
+from grasping_invisible.data.rewards import PUSH_FREED
 from grasping_invisible.data.target_border import GROUND_HEIGHT
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.training.packed_maps import PackedMaps
 
-ANY_OBJECT = 0  # as a goal: whatever is moved or grasped counts, as for VPG (paper, section II)
+# As a goal: whatever is moved or grasped counts, as for VPG (paper, section II). Its rewards are half of VPG's 1 and
+# 0.5: a grasp is no end there and looks ahead like a push, which returns up to 2, and our Q values are bounded by 1.
+ANY_OBJECT = 0
+OBJECT_GRASPED, SCENE_CHANGED = 0.5, 0.25
 _KINDS = {"push": gi.PUSH, "grasp": gi.GRASP}
 
 
@@ -42,6 +45,20 @@ class Transition:
     aimed: bool
     run: str
     consecutive_grasp_failures: int
+
+    @property
+    def looks_ahead(self) -> bool:
+        """Whether the value of what followed counts.
+
+        It does for pushes. A failed grasp mostly leaves the scene as it was: were the next state's value added to what
+        it earns for its aim, failing would be worth as much as succeeding, and the critic could not tell them apart.
+        """
+        return self.then is not None and (self.kind == gi.PUSH or self.goal == ANY_OBJECT)
+
+    @property
+    def did_its_part(self) -> bool:
+        """Whether a push freed its goal, or changed the scene where any object counts."""
+        return self.reward >= (SCENE_CHANGED if self.goal == ANY_OBJECT else PUSH_FREED)
 
     def before(self) -> tuple[Heightmaps, NDArray[np.bool_]]:
         """The state before the action, and the goal's mask in it, (N, N)."""
@@ -88,7 +105,7 @@ class TransitionReader:
             )
 
     def of_any_object(self, row: dict[str, Any]) -> Iterator[Transition]:
-        """What a row teaches where any object counts: VPG's rewards, for a grasp that holds and a push that moves."""
+        """What a row teaches where any object counts; what follows counts where something was held or moved."""
         seen, then = self._seen_and_then(row)
         if not row["usable"] or row["scene_changed"] is None:
             return
@@ -102,9 +119,9 @@ class TransitionReader:
             rotation=row["rotation"],
             row=row["row"],
             column=row["column"],
-            reward=GRASP_SUCCEEDED if held else PUSH_FREED if moved else 0.0,
+            reward=OBJECT_GRASPED if held else SCENE_CHANGED if moved else 0.0,
             success=held,
-            then=None if held else then,
+            then=then if held or moved else None,
             hindsight=False,
             aimed=kind == gi.GRASP,
             run=row["run_id"],
