@@ -140,7 +140,7 @@ def home(number: int) -> gi.MotionCommand:
     return gi.MotionCommand(id=number, kind=gi.HOME)
 
 
-def wait_until(condition: Callable[[], bool], seconds: float = 3.0) -> None:
+def wait_until(condition: Callable[[], bool], seconds: float = 10.0) -> None:
     deadline = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < deadline
