@@ -1,8 +1,11 @@
 """How a command of this package ends: one clear line and an exit code, whatever goes wrong."""
 
 import os
+import signal
 import sys
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from grasping_invisible.data.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, DataError
 
@@ -18,7 +21,8 @@ def run_command(program: str, body: Callable[[], int], interrupted: str = "") ->
         return EXIT_BAD_INPUT
 
     try:
-        code = body()
+        with interruptible():
+            code = body()
         sys.stdout.flush()
     except DataError as error:
         return refuse(str(error))
@@ -33,6 +37,28 @@ def run_command(program: str, body: Callable[[], int], interrupted: str = "") ->
             print(f"{program}: {interrupted}", file=sys.stderr)
         return EXIT_INTERRUPTED
     return code
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Inside, SIGINT and SIGTERM raise `KeyboardInterrupt` in the main thread.
+
+    Also where a shell has SIGINT ignored, as it does for jobs in the background: long work must end there, too,
+    without loss.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    handlers = {number: signal.signal(number, _interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+
+
+def _interrupt(number: int, frame: object) -> None:
+    raise KeyboardInterrupt
 
 
 def _one_line(text: str) -> str:

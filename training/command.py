@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Callable
 
+from grasping_invisible.data.command import interruptible
 from grasping_invisible.data.errors import DataError
 from grasping_invisible.runtime.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, GraspingError
 
@@ -14,7 +15,8 @@ def run_command(program: str, body: Callable[[], None], interrupted: str) -> int
     end, as they save what they have.
     """
     try:
-        body()
+        with interruptible():
+            body()
     except (GraspingError, DataError, OSError) as error:
         print(f"{program}: {error}", file=sys.stderr)
         return error.exit_code if isinstance(error, GraspingError) else EXIT_BAD_INPUT
