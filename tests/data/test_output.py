@@ -38,7 +38,6 @@ def long_log(tmp_path: Path) -> Path:
 def test_long_work_shows_how_far_it_is_on_a_terminal(long_log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     said = shown(long_log, monkeypatch, terminal=True)
     assert b"reading" in said
-    assert b"75%" in said
 
 
 def test_short_work_and_pipes_show_nothing(long_log: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
