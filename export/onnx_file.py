@@ -13,8 +13,9 @@ import onnx
 import torch
 from numpy.typing import NDArray
 
+from grasping_invisible.data.file_hash import file_sha256
 from grasping_invisible.runtime.errors import GraspingError
-from grasping_invisible.runtime.manifest import ModelFile, Tensor, file_sha256
+from grasping_invisible.runtime.manifest import ModelFile, Tensor
 from grasping_invisible.runtime.onnx_model import OnnxModel
 
 OPSET = 18

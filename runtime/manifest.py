@@ -128,9 +128,3 @@ def write_manifest(folder: Path, manifest: Manifest) -> None:
     """Write `manifest.json`, indented, keys sorted."""
     text = msgspec.json.format(msgspec.json.encode(manifest, order="sorted"), indent=2)
     (folder / FILE_NAME).write_bytes(text + b"\n")
-
-
-def file_sha256(path: Path) -> str:
-    """The SHA-256 of a file, hexadecimal."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -5,8 +5,9 @@ from pathlib import Path
 import onnxruntime
 from numpy.typing import NDArray
 
+from grasping_invisible.data.file_hash import file_sha256
 from grasping_invisible.runtime.errors import BundleError
-from grasping_invisible.runtime.manifest import ModelFile, file_sha256
+from grasping_invisible.runtime.manifest import ModelFile
 
 DEFAULT_THREADS = 2
 # Results are equal across runs and thread counts but not across optimisation levels: one level.

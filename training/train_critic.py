@@ -12,9 +12,9 @@ from rich.console import Console
 from torch.nn import functional
 
 from grasping_invisible.data.action_grid import ROTATIONS
+from grasping_invisible.data.file_hash import file_sha256
 from grasping_invisible.data.progress import bar
 from grasping_invisible.runtime.errors import BadInput
-from grasping_invisible.runtime.manifest import file_sha256
 from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights
 from grasping_invisible.training.critic_batch import example, executed_values
 from grasping_invisible.training.critic_design import CriticDesign

@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from grasping_invisible.data.dataset.manifest import content_sha256, file_sha256
+from grasping_invisible.data.dataset.manifest import content_sha256
 from grasping_invisible.data.dataset.placement import SHARDS, VALIDATION, split_of
 from grasping_invisible.data.dataset.reader import Dataset
 from grasping_invisible.data.dataset.schema import IMAGES, SCHEMA
 from grasping_invisible.data.errors import BadMessage, DataError
+from grasping_invisible.data.file_hash import file_sha256
 from grasping_invisible.data.png import decode_color_image, decode_plane
 
 _PLANES = {"height": np.uint16, "labels": np.uint8}

@@ -10,11 +10,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from grasping_invisible.data.corrections import Corrections
-from grasping_invisible.data.dataset.manifest import LogEntry, RunEntry, file_sha256
+from grasping_invisible.data.dataset.manifest import LogEntry, RunEntry
 from grasping_invisible.data.dataset.placement import group_of, shard_of
 from grasping_invisible.data.dataset.rows import row_of
 from grasping_invisible.data.dataset.schema import FORMAT, GROUP_ROWS, WRITER, open_writer, table_of
 from grasping_invisible.data.errors import DataError
+from grasping_invisible.data.file_hash import file_sha256
 from grasping_invisible.data.labelled_steps import labelled_steps
 from grasping_invisible.data.labels import RULES
 from grasping_invisible.data.log_file import is_being_written

@@ -138,9 +138,3 @@ def write_manifest(folder: Path, manifest: Manifest) -> None:
     unfinished = folder / f".{FILE_NAME}.unfinished"
     unfinished.write_bytes(text + b"\n")
     os.replace(unfinished, folder / FILE_NAME)
-
-
-def file_sha256(path: Path) -> str:
-    """The SHA-256 of a file, hexadecimal."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

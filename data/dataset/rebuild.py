@@ -21,7 +21,6 @@ from grasping_invisible.data.dataset.manifest import (
     Manifest,
     ShardEntry,
     ShardRun,
-    file_sha256,
     manifest_of,
     read_manifest,
     write_manifest,
@@ -31,6 +30,7 @@ from grasping_invisible.data.dataset.schema import WRITER
 from grasping_invisible.data.dataset.shard import ShardPlan, write_shard
 from grasping_invisible.data.dataset.sources import Key, RunAll, Sources, read_again, read_logs, working
 from grasping_invisible.data.errors import BadRequest
+from grasping_invisible.data.file_hash import file_sha256
 from grasping_invisible.data.labels import RULES
 from grasping_invisible.data.log_files import logs_at
 from grasping_invisible.data.progress import bar

@@ -8,8 +8,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from grasping_invisible.data.dataset.ingest import waiting_path
-from grasping_invisible.data.dataset.manifest import LogEntry, ShardEntry, ShardRun, file_sha256
+from grasping_invisible.data.dataset.manifest import LogEntry, ShardEntry, ShardRun
 from grasping_invisible.data.dataset.schema import GROUP_ROWS, SCHEMA, open_writer
+from grasping_invisible.data.file_hash import file_sha256
 
 
 class ShardPlan(msgspec.Struct, frozen=True):

@@ -6,8 +6,8 @@ import onnx
 import pytest
 import torch
 
+from grasping_invisible.data.file_hash import file_sha256
 from grasping_invisible.export.onnx_file import Graph, ParityError, write_onnx
-from grasping_invisible.runtime.manifest import file_sha256
 from grasping_invisible.runtime.rotation import CRITIC_INPUTS
 from grasping_invisible.training.classifier_net import ClassifierGraph, ClassifierNet
 from grasping_invisible.training.densenet_critic import DenseNetCritic

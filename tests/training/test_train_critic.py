@@ -9,10 +9,10 @@ import pytest
 import torch
 from rich.console import Console
 
+from grasping_invisible.data.file_hash import file_sha256
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.heightmap import Heightmaps
-from grasping_invisible.runtime.manifest import file_sha256
 from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.training.checkpoint import SHIPPED, checkpoint_folder, load_checkpoint
 from grasping_invisible.training.classifier_net import ClassifierNet

@@ -5,9 +5,10 @@ import pyarrow.parquet as pq
 import pytest
 
 from grasping_invisible.data.dataset.check import problems_of
-from grasping_invisible.data.dataset.manifest import FILE_NAME, content_sha256, file_sha256, read_manifest
+from grasping_invisible.data.dataset.manifest import FILE_NAME, content_sha256, read_manifest
 from grasping_invisible.data.dataset.reader import Dataset
 from grasping_invisible.data.dataset.schema import SCHEMA, open_writer
+from grasping_invisible.data.file_hash import file_sha256
 
 
 def problems(dataset: Path) -> str:
