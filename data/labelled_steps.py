@@ -1,5 +1,6 @@
 """The steps of a log with their labels and their heightmaps, each decoded once."""
 
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,8 @@ from grasping_invisible.data.labels import StepLabel, label_step
 from grasping_invisible.data.log_commands import wording
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.steps import LABELLED_FROM, LoggedStep, steps
+
+KNOWN = 3  # decoded heightmaps that are kept: motions one after the other, or many tried from one state, share them
 
 
 @dataclass(frozen=True)
@@ -35,10 +38,10 @@ def labelled_steps(log: Path, damage: list[str] | None = None) -> Iterator[Label
     """
     corrections = Corrections(log)
     kinds: dict[tuple[str, int], str] = {}
-    known: HeightmapArrays | None = None
+    known: deque[HeightmapArrays] = deque(maxlen=KNOWN)
     for step in steps(log, LABELLED_FROM, damage):
         before = _decoded(step.heightmaps, known, damage)
-        known = after = _decoded(step.next_heightmaps, None, damage)
+        after = _decoded(step.next_heightmaps, known, damage)
         run_id = step.start.run_id if step.start is not None else ""
         kinds[run_id, step.decision.step] = wording.kind(step.decision.kind)
         yield LabelledStep(step, label_step(step, before, after, corrections.of(run_id, step.decision.step)))
@@ -46,15 +49,17 @@ def labelled_steps(log: Path, damage: list[str] | None = None) -> Iterator[Label
 
 
 def _decoded(
-    message: gi.Heightmaps | None, known: HeightmapArrays | None, damage: list[str] | None
+    message: gi.Heightmaps | None, known: deque[HeightmapArrays], damage: list[str] | None
 ) -> HeightmapArrays | None:
-    """The maps in a message, or those of the same frame that are decoded already; None where they are damaged."""
+    """The maps in a message, or those of the same frame that are `known` already; None where they are damaged."""
     if message is None:
         return None
-    if known is not None and known.stamp_ns == to_ns(message.stamp) and known.step == message.step:
-        return known
+    for maps in known:
+        if maps.stamp_ns == to_ns(message.stamp) and maps.step == message.step:
+            return maps
     try:
-        return decode_heightmaps(message)
+        known.append(decode_heightmaps(message))
+        return known[-1]
     except BadMessage as error:
         if damage is not None:
             damage.append(f"the heightmaps of step {message.step}: {error}")

@@ -31,11 +31,21 @@ from grasping_invisible.data.target_border import target_border
 
 # Every rule that a label comes from, and its version, which counts up when the rule or a number in it changes:
 # border: o_b, r_b and n_b (`target_border`). reward: R_p and R_g (`rewards`). success: what a grasp took
-# (`grasp_result`). hindsight: which other colours a motion teaches about. usable: which motions teach at all.
+# (`grasp_result`). hindsight: which other colours a motion teaches about. usable: which motions teach at all. reveal:
+# whether a push of a search brought something to light.
 # classifier: which grasps are examples for the classifier, and its features.
-RULES: dict[str, int] = {"border": 1, "classifier": 1, "hindsight": 1, "reward": 1, "success": 1, "usable": 1}
+RULES: dict[str, int] = {
+    "border": 1,
+    "classifier": 1,
+    "hindsight": 1,
+    "reveal": 1,
+    "reward": 1,
+    "success": 1,
+    "usable": 1,
+}
 
 FEWEST_CELLS = 12  # of a colour in view, for it to be a goal
+REVEALED_CELLS = 16  # of a colour that was not in view before, for it to have come to light
 NEAR_PUSH = 0.02  # metres beside a push within which it teaches about another colour
 
 HUMAN, RULE, RUNTIME = "human", "rule", "runtime"  # where a value is from
@@ -82,7 +92,11 @@ class GraspResult(msgspec.Struct, frozen=True):
 
 
 class StepLabel(msgspec.Struct, frozen=True):
-    """All labels of one step. `why_not`: why it teaches nothing, empty where it does; then there are no goals."""
+    """All labels of one step. `why_not`: why it teaches nothing, empty where it does; then there are no goals.
+
+    `revealed`: whether a push, made while its run's target was hidden, brought any target colour to light that was
+    hidden before; None for every other motion.
+    """
 
     step: int
     why_not: str
@@ -90,6 +104,7 @@ class StepLabel(msgspec.Struct, frozen=True):
     grasp: GraspResult
     goals: tuple[GoalLabel, ...] = ()
     classifier: ClassifierExample | None = None
+    revealed: bool | None = None
 
     @property
     def source(self) -> str:
@@ -114,7 +129,8 @@ def label_step(
         return StepLabel(number, "excluded by a person", HUMAN, grasp)
     goals = tuple(_goals(step.decision, step.start.target_color, before, after, grasp))
     source = RULE if correction.exclude is None else HUMAN
-    return StepLabel(number, "", source, grasp, goals, _classifier_example(step.decision, goals))
+    revealed = _revealed(step, before, after)
+    return StepLabel(number, "", source, grasp, goals, _classifier_example(step.decision, goals), revealed)
 
 
 def _why_not(step: LoggedStep, before: HeightmapArrays | None, after: HeightmapArrays | None) -> str:
@@ -221,6 +237,18 @@ def _goals(
         reward = _reward(decision, CLASSES.index(color), before, after, success)
         labels.append(GoalLabel(color, color != target, aimed, success, reward, border.ratio, border.norm))
     return labels
+
+
+def _revealed(step: LoggedStep, before: HeightmapArrays, after: HeightmapArrays | None) -> bool | None:
+    assert step.start is not None
+    cells_before, cells_after = (
+        np.bincount(maps.labels.ravel(), minlength=len(CLASSES))[: len(CLASSES)] for maps in (before, after or before)
+    )
+    hidden = cells_before < FEWEST_CELLS
+    if step.decision.kind != gi.PUSH or after is None or not hidden[CLASSES.index(step.start.target_color)]:
+        return None
+    candidates = [CLASSES.index(color) for color in TARGET_COLORS]
+    return bool((hidden & (cells_after >= REVEALED_CELLS))[candidates].any())
 
 
 def _classifier_example(decision: gi.Decision, goals: tuple[GoalLabel, ...]) -> ClassifierExample | None:

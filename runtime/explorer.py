@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.choice import Choice, best_action, best_value
 from grasping_invisible.runtime.explorer_maps import ExplorationMaps, exploration_maps
-from grasping_invisible.runtime.motion import ends_inside, open_pushes
+from grasping_invisible.runtime.motion import ends_inside, open_pushes, pushes_towards
 from grasping_invisible.runtime.situation import Proposal, Situation
 
 
@@ -14,7 +14,7 @@ def explore(situation: Situation, method: str = "explorer") -> Proposal:
     """The explorational push of a method in `FACTORS`; there is always one, if only through thin air."""
     q_maps = situation.agnostic_q_maps()
     maps = exploration_maps(situation.maps, q_maps.push, situation.memory.failed_pushes, method)
-    allowed, caveat = pushes_left(situation)
+    allowed, caveat = _towards_glimpse(situation, *pushes_left(situation))
     choice, by = best_push(maps, allowed, situation.rng)
     at = choice.rotation, choice.row, choice.column
     return Proposal(
@@ -63,6 +63,15 @@ def pushes_left(situation: Situation) -> tuple[NDArray[np.bool_], str]:
         if allowed.any():
             return allowed, caveat
     return open_way, "; nothing stands high enough to be pushed"
+
+
+def _towards_glimpse(situation: Situation, allowed: NDArray[np.bool_], caveat: str) -> tuple[NDArray[np.bool_], str]:
+    """Of some pushes those that pass where the target shows from the side, if it does and there are any."""
+    glimpse = situation.perception.glimpse
+    if not glimpse.any():
+        return allowed, caveat
+    there = allowed & pushes_towards(glimpse, situation.maps.workspace)
+    return (there, f"{caveat}; it shows from the side there") if there.any() else (allowed, caveat)
 
 
 def unseen(situation: Situation) -> str:

@@ -7,18 +7,19 @@ from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
-from google.protobuf.message import DecodeError
+from google.protobuf.message import DecodeError, Message
 from google.protobuf.timestamp_pb2 import Timestamp
 
-from grasping_invisible.data.calibration_message import decode_calibration
+from grasping_invisible.data.calibration_message import decode_calibration, encode_calibration
 from grasping_invisible.data.clock import to_ns
 from grasping_invisible.data.errors import BadMessage
-from grasping_invisible.data.images import CAMERA_FRAME, decode_color, decode_depth
+from grasping_invisible.data.images import CAMERA_FRAME, decode_color, decode_depth, encode_color, encode_depth
 from grasping_invisible.data.topics import CAMERA_INFO, COLOR_IMAGE, DEPTH_IMAGE, TRANSFORMS, Topic
 from grasping_invisible.data.transform_message import decode_transform
 from grasping_invisible.runtime.errors import RobotError
 from grasping_invisible.runtime.frame import Camera, RgbdFrame
 
+CAMERA_TOPICS = (COLOR_IMAGE, DEPTH_IMAGE, CAMERA_INFO, TRANSFORMS)
 _KEPT = 8  # stamps; a set that is not complete by then has lost a part
 
 
@@ -31,16 +32,28 @@ class FrameParts:
     info: CameraCalibration | None = None
     transforms: FrameTransforms | None = None
 
+    @classmethod
+    def of(cls, frame: RgbdFrame, transforms: FrameTransforms) -> "FrameParts":
+        """What a robot sends of a frame, all with its stamp; `transforms` are those of its links at that time."""
+        camera, stamp = frame.camera, frame.stamp_ns
+        return cls(
+            encode_color(frame.color, stamp),
+            encode_depth(frame.depth, stamp),
+            encode_calibration(camera.intrinsics, camera.width, camera.height, stamp),
+            transforms,
+        )
+
+    @property
+    def messages(self) -> dict[Topic, Message]:
+        """The parts that have come, by topic."""
+        parts = (self.color, self.depth, self.info, self.transforms)
+        return {topic: part for topic, part in zip(CAMERA_TOPICS, parts, strict=True) if part is not None}
+
     @property
     def missing(self) -> list[str]:
         """Topics that have not come yet."""
-        parts = (
-            (COLOR_IMAGE, self.color),
-            (DEPTH_IMAGE, self.depth),
-            (CAMERA_INFO, self.info),
-            (TRANSFORMS, self.transforms),
-        )
-        return [topic.key for topic, message in parts if message is None]
+        messages = self.messages
+        return [topic.key for topic in CAMERA_TOPICS if topic not in messages]
 
     def decode(self) -> RgbdFrame:
         """The frame, once complete. Raises `RobotError` when its parts are damaged or do not fit together."""

@@ -66,14 +66,16 @@ def project(frame: RgbdFrame, labels: NDArray[np.uint8], workspace: Workspace) -
     )
 
 
-def pixels_over(frame: RgbdFrame, pixels: NDArray[np.bool_], workspace: Workspace) -> int:
-    """How many of some camera pixels, (height, width) bool, show a point over the workspace.
+def points_over(frame: RgbdFrame, pixels: NDArray[np.bool_], workspace: Workspace) -> NDArray[np.intp]:
+    """How many of some camera pixels, (height, width) bool, show a point over each heightmap cell, (N, N).
 
     Unlike in heightmaps points count that lie under something else.
     """
     rays = _rays_of(frame.camera, workspace)
-    _, _, _, inside = _points(frame, rays, workspace)
-    return int(np.count_nonzero(inside & pixels[rays.window]))
+    rows, columns, _, inside = _points(frame, rays, workspace)
+    counted = inside & pixels[rays.window]
+    flat = rows[counted].astype(np.intp) * workspace.cells + columns[counted].astype(np.intp)
+    return np.bincount(flat, minlength=workspace.cells**2).reshape(workspace.cells, workspace.cells)
 
 
 @dataclass(frozen=True)

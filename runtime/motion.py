@@ -22,8 +22,9 @@ GRASP_REACH = 0.008  # metres around a grasp's cell in which the top is looked f
 
 FINGERS_ALONG = 0.025  # metres, footprint of the closed fingers along a push
 FINGERS_ACROSS = 0.045  # and across it
-PUSH_CLEARANCE = 0.003  # metres between the fingers' lowest point and what they stand above
-PUSH_OVERLAP = 0.005  # metres by which something ahead must stand higher than the TCP, to be pushed
+FINGERTIPS = 0.008  # metres by which the fingers reach below the TCP, which lies between their pads
+PUSH_CLEARANCE = 0.003  # metres between the fingertips and what they stand above
+PUSH_OVERLAP = 0.008  # metres by which something ahead must stand higher than the fingertips, to be pushed
 PUSH_NEARNESS = 0.03  # metres from the target within which a push for it has to pass
 # Metres from the workspace's edge at which a push must end: what it moves lies ahead of it, and what leaves
 # the workspace is lost.
@@ -57,7 +58,8 @@ def push_heights(maps: Heightmaps) -> NDArray[np.float32]:
     The closed fingers come down just above whatever is under their footprint: beside a heap they reach the
     table, on top of it they push what stands higher.
     """
-    return np.maximum(_footprint_heights(maps) + np.float32(PUSH_CLEARANCE), np.float32(MIN_TCP_HEIGHT))
+    above = np.float32(PUSH_CLEARANCE + FINGERTIPS)
+    return np.maximum(_footprint_heights(maps) + above, np.float32(MIN_TCP_HEIGHT))
 
 
 def feasible_pushes(maps: Heightmaps, heights: NDArray[np.float32]) -> NDArray[np.bool_]:
@@ -65,19 +67,20 @@ def feasible_pushes(maps: Heightmaps, heights: NDArray[np.float32]) -> NDArray[n
 
     `heights`: of `push_heights`. A push is left out where it would end nearer than `PUSH_END_INSET` to the
     workspace's edge or beyond it, where it would start above `MAX_TCP_HEIGHT`, or where nothing along its way stands
-    higher than the TCP.
+    higher than the fingertips.
     """
     ahead = np.zeros_like(heights)
     steps = math.ceil(PUSH_LENGTH / FINGERS_ALONG)
     cell = maps.workspace.size / ACTION_CELLS
-    footprints = heights - np.float32(PUSH_CLEARANCE)
+    tips = heights - np.float32(FINGERTIPS)
+    footprints = tips - np.float32(PUSH_CLEARANCE)
     for k, yaw in enumerate(ANGLES):
         for step in range(1, steps + 1):
             distance = PUSH_LENGTH * step / steps / cell
             rows, columns = round(-distance * math.sin(yaw)), round(distance * math.cos(yaw))
             here, there = _overlap(rows, columns)
             np.maximum(ahead[k][here], footprints[k][there], out=ahead[k][here])
-    return open_pushes(maps.workspace, heights) & (ahead > heights + np.float32(PUSH_OVERLAP))
+    return open_pushes(maps.workspace, heights) & (ahead > tips + np.float32(PUSH_OVERLAP))
 
 
 def open_pushes(workspace: Workspace, heights: NDArray[np.float32]) -> NDArray[np.bool_]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.runtime.frame import RgbdFrame
-from grasping_invisible.runtime.heightmap import Heightmaps, pixels_over, project
+from grasping_invisible.runtime.heightmap import Heightmaps, points_over, project
 from grasping_invisible.runtime.stopwatch import Stopwatch
 from grasping_invisible.runtime.workspace import Workspace
 
@@ -35,20 +35,26 @@ class Perception:
     `labels`: (H, W) uint8 class index of every pixel, as segmented. `maps`: heightmaps; the target's speckle
     is removed from their labels. `mask`: (N, N) bool, the target's heightmap cells, all false when it is not
     seen. `target_pixels`: of the target in the image, without speckle. `stage_ms`: time each stage took.
-    `target_glimpsed`: it shows in the image and lies in the workspace, but under something else.
+    `glimpse`: (N, N) bool, the cells over which it shows in the image, though from above something else covers it; all
+    false when it is seen, or not at all.
     """
 
     labels: NDArray[np.uint8]
     maps: Heightmaps
     mask: NDArray[np.bool_]
     target_pixels: int
+    glimpse: NDArray[np.bool_]
     stage_ms: dict[str, float]
-    target_glimpsed: bool = False
 
     @property
     def target_found(self) -> bool:
         """Whether the target shows at all, be it only its side, with something lying on top of it."""
         return self.target_seen or self.target_glimpsed
+
+    @property
+    def target_glimpsed(self) -> bool:
+        """Whether it shows in the image and lies in the workspace, but under something else."""
+        return bool(self.glimpse.any())
 
     @property
     def target_seen(self) -> bool:
@@ -71,9 +77,12 @@ def perceive(frame: RgbdFrame, segmenter: Segmenter, target: str, workspace: Wor
     mask = maps.labels == index
     if pixels < MIN_TARGET_PIXELS or np.count_nonzero(mask) < MIN_TARGET_CELLS:
         mask = np.zeros_like(mask)
-    glimpsed = not mask.any() and pixels_over(frame, patches, workspace) >= MIN_TARGET_PIXELS
+    glimpse = np.zeros_like(mask)
+    if not mask.any() and pixels >= MIN_TARGET_PIXELS:
+        points = points_over(frame, patches, workspace)
+        glimpse = points > 0 if points.sum() >= MIN_TARGET_PIXELS else glimpse
     watch.lap("project")
-    return Perception(labels, maps, mask, pixels, watch.laps, glimpsed)
+    return Perception(labels, maps, mask, pixels, glimpse, watch.laps)
 
 
 def target_patches(is_target: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -31,6 +31,7 @@ from grasping_invisible.runtime.heartbeat import Heartbeat
 from grasping_invisible.runtime.link_settings import LinkSettings
 
 _TICK = 0.05  # seconds between two looks at the deadlines while waiting
+_LAST_NEWS = 0.3  # seconds to wait for the news that a robot which does not answer is gone
 _LOST_OUTCOME = 1.0  # seconds a robot may be idle after a command before its outcome counts as lost
 
 T = TypeVar("T")
@@ -255,6 +256,9 @@ class ZenohRobot:
         while not finished.wait(_TICK) and not replies and time.monotonic() < deadline:
             self._check_robot()
         if not replies:
+            # A robot that died answers nothing, and that it is gone may be heard a moment later.
+            with self._changed:
+                self._changed.wait_for(lambda: self._gone, _LAST_NEWS)
             self._check_robot()
             raise LinkError(f"the robot did not answer command {command.id}")
         self._bus.deliver(COMMAND_REPLY, replies[0])

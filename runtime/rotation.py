@@ -72,6 +72,14 @@ def rotate_planes(planes: NDArray[np.float32], rotations: Sequence[int] = range(
     return rotated
 
 
+def rotated_window(planes: NDArray[np.float32], rotation: int, top: int, left: int, size: int) -> NDArray[np.float32]:
+    """A square window of `rotate_planes`' result for one rotation, (C, S, S), its first cell at (`top`, `left`)."""
+    grid = _grid_from_rotated(rotation)
+    grid = np.column_stack([grid[:, :2], grid @ np.array([left, top, 1.0])])
+    turned = [_warp(np.ascontiguousarray(planes[..., channel]), grid, size) for channel in range(planes.shape[2])]
+    return np.stack(turned)
+
+
 def unrotate(maps: NDArray[np.float32]) -> NDArray[np.float32]:
     """One map for each rotation, (16, 160, 160), back on the action grid: (16, 112, 112).
 
@@ -106,10 +114,14 @@ def _rotate(row: Any, column: Any, k: int) -> tuple[Any, Any]:
 
 
 def _turn(plane: NDArray[np.float32], k: int) -> NDArray[np.float32]:
+    return _warp(plane, _grid_from_rotated(k), ROTATED_CELLS)
+
+
+def _warp(plane: NDArray[np.float32], grid: NDArray[np.float64], size: int) -> NDArray[np.float32]:
     turned = cv2.warpAffine(
         plane,
-        _grid_from_rotated(k),
-        (ROTATED_CELLS, ROTATED_CELLS),
+        grid,
+        (size, size),
         flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
         borderMode=cv2.BORDER_CONSTANT,
         borderValue=(0.0,),

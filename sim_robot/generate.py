@@ -118,13 +118,19 @@ def _stacked(count: int, wanted: Kind | None, rng: np.random.Generator) -> list[
 def _covered(count: int, wanted: Kind | None, rng: np.random.Generator) -> list[list[Lying]]:
     """Piles that hide their first block, as many as the count allows, at most three; the rest by themselves."""
     layouts = []
-    for _ in range(min(3, count // (COVERED_BLOCKS + 1))):
+    number = min(3, count // (COVERED_BLOCKS + 1))
+    spare = count - number * (COVERED_BLOCKS + 1)
+    for _ in range(number):
         low = [shape for shape in piles.SHAPES if shape not in ("cuboid", "plank", "arch")]
         hidden = piles.lay(wanted if wanted and not layouts else piles.block_kind(str(rng.choice(low))), rng)
         walls = piles.surround(hidden, 4, hidden.size[2], rng)
         pile = [hidden, *walls]
         roof = piles.covering(hidden.size, rng)
         pile.append(piles.on_top(pile, roof, *hidden.center[:2]))
+        if spare > 0 and rng.random() < 0.5:  # one more on top
+            spare -= 1
+            x, y = rng.uniform(-0.02, 0.02, 2)
+            pile.append(piles.on_top(pile, piles.covering(hidden.size, rng), float(x), float(y)))
         layouts.append(pile)
     return layouts + _singles(count - sum(map(len, layouts)), rng)
 

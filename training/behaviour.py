@@ -12,9 +12,26 @@ from grasping_invisible.runtime.critic import QMaps
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.motion import pushes_towards
 from grasping_invisible.runtime.situation import Models
+from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.sim_robot.robot import SimRobot
 
 NOISE = 0.02  # of greedy Q values, so that equal situations do not always bring the same action
+
+
+def random_maps(mask: NDArray[np.bool_], workspace: Workspace, rng: np.random.Generator) -> QMaps:
+    """Q maps, (16, 112, 112) each, whose greatest allowed value is a random allowed action.
+
+    Every push towards the target under the mask (N, N) comes before every other one.
+    """
+    push_noise, grasp_noise = rng.random((2, ROTATIONS, ACTION_CELLS, ACTION_CELLS), dtype=np.float32)
+    # Sums, not products, or the order among pushes would not be all of it.
+    return QMaps(push=(push_noise + pushes_towards(mask, workspace)) / 2, grasp=grasp_noise)
+
+
+def noisy(learned: QMaps, rng: np.random.Generator) -> QMaps:
+    """A critic's Q maps with a little noise."""
+    push_noise, grasp_noise = rng.random((2, *learned.push.shape), dtype=np.float32)
+    return QMaps(push=learned.push + NOISE * push_noise, grasp=learned.grasp + NOISE * grasp_noise)
 
 
 class Behaviour:
@@ -37,13 +54,9 @@ class Behaviour:
 
     def q_maps(self, maps: Heightmaps, mask: NDArray[np.bool_]) -> QMaps:
         """The critic's Q maps, slightly noisy, or random ones: (16, 112, 112) each."""
-        shape = (ROTATIONS, ACTION_CELLS, ACTION_CELLS)
-        push_noise, grasp_noise = self._rng.random((2, *shape), dtype=np.float32)
         if self._models is None or self._rng.random() < self._epsilon:
-            # Sums, not products: every push towards the target comes before every other one.
-            return QMaps(push=(push_noise + pushes_towards(mask, maps.workspace)) / 2, grasp=grasp_noise)
-        learned = self._models.q_maps(maps, mask)
-        return QMaps(push=learned.push + NOISE * push_noise, grasp=learned.grasp + NOISE * grasp_noise)
+            return random_maps(mask, maps.workspace, self._rng)
+        return noisy(self._models.q_maps(maps, mask), self._rng)
 
     def grasp_probability(self, features: NDArray[np.float32]) -> float:
         """The classifier's probability on policy, a random number otherwise."""

@@ -3,43 +3,45 @@
 A state is dear (a pile to settle, an image to render) and a motion from it is cheap, so trying dozens of grasps and
 pushes from one costs little more than a few, and tells the critic which of them tell apart. Half of the motions are
 drawn at random, half are what the models think best, which is where they must be right. Greedy grasps follow each push:
-what a push is worth is how well the target can be grasped after it.
+what a push is worth is how well the target can be grasped after it. While the target is hidden there are only pushes,
+and more of them.
 """
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grasping_invisible.data.action_grid import ACTION_CELLS, ROTATIONS
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.config import Config, to_toml
 from grasping_invisible.runtime.critic import QMaps
 from grasping_invisible.runtime.decision import DecisionSettings, deliberate
+from grasping_invisible.runtime.decision_record import EXPLORER
 from grasping_invisible.runtime.frame import RgbdFrame
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.judge import Judgement, judge
 from grasping_invisible.runtime.loop import RunProgress
 from grasping_invisible.runtime.memory import FruitlessAction, Memory
-from grasping_invisible.runtime.motion import pushes_towards
 from grasping_invisible.runtime.perception import MIN_TARGET_PIXELS, Perception, perceive
 from grasping_invisible.runtime.run_log import RunFacts, RunLog
 from grasping_invisible.runtime.situation import Models
 from grasping_invisible.sim_robot.branching import BranchingRobot
 from grasping_invisible.sim_robot.generate import Style, generate_scene
 from grasping_invisible.sim_robot.scene import Scene
-from grasping_invisible.training.behaviour import NOISE
+from grasping_invisible.training.behaviour import noisy, random_maps
 from grasping_invisible.training.experience_log import ExperienceLog, SpokenRobot
 
-STYLES: dict[Style, float] = {"packed": 0.45, "stacked": 0.2, "scattered": 0.15, "covered": 0.2}
+STYLES: dict[Style, float] = {"packed": 0.3, "stacked": 0.15, "scattered": 0.1, "covered": 0.45}
 GREY = (2, 8)  # blocks in a scene, at least and at most
-GREY_COVERED = (5, 11)
-TARGETS = (3, 6)  # candidates; of a covered scene one
+GREY_COVERED = (5, 16)
+TARGETS = (3, 6)  # candidates, at least and at most
+TARGETS_COVERED = (1, 3)
 STATES = 4  # of a scene that are branched from, each after a push from the one before
 GRASPS, PUSHES = 8, 4  # from a state, half of them at random
+SEARCHING_PUSHES = 10  # from a state in which the target is hidden
 GRASPS_AFTER = 2  # after a push, the best ones
 TARGETS_TRIED = 2  # in a state: grasps for each, pushes for the first
 
@@ -57,9 +59,10 @@ def draw_branched_scene(number: int) -> Scene:
     """The scene of a number."""
     rng = np.random.default_rng((3, number))
     style = list(STYLES)[rng.choice(len(STYLES), p=list(STYLES.values()))]
-    least, most = GREY_COVERED if style == "covered" else GREY
-    targets = 1 if style == "covered" else int(rng.integers(TARGETS[0], TARGETS[1] + 1))
-    return generate_scene(number, style=style, targets=targets, basics=int(rng.integers(least, most + 1)))
+    fewest, most = TARGETS_COVERED if style == "covered" else TARGETS
+    least, greatest = GREY_COVERED if style == "covered" else GREY
+    targets, basics = int(rng.integers(fewest, most + 1)), int(rng.integers(least, greatest + 1))
+    return generate_scene(number, style=style, targets=targets, basics=basics)
 
 
 def branch(
@@ -87,10 +90,7 @@ def branch(
 
 @dataclass
 class _Chooser:
-    """Stands in for the models of a decision: labels are the simulator's, and the kind of motion is given.
-
-    Q maps are the critic's with a little noise, or nothing but noise, whose greatest allowed value is a random motion.
-    """
+    """Stands in for the models of a decision: labels are the simulator's, and the kind of motion is given."""
 
     robot: BranchingRobot
     models: Models | None
@@ -103,15 +103,12 @@ class _Chooser:
         return self.robot.truth_labels()
 
     def q_maps(self, maps: Heightmaps, mask: NDArray[np.bool_]) -> QMaps:
-        push_noise, grasp_noise = self.rng.random((2, ROTATIONS, ACTION_CELLS, ACTION_CELLS), dtype=np.float32)
         if self.models is None or not self.greedy:
-            # Sums, not products: every push towards the target comes before every other one.
-            return QMaps(push=(push_noise + pushes_towards(mask, maps.workspace)) / 2, grasp=grasp_noise)
+            return random_maps(mask, maps.workspace, self.rng)
         key = maps.stamp_ns, mask.tobytes()
         if key not in self._known:
             self._known = {key: self.models.q_maps(maps, mask)}
-        learned = self._known[key]
-        return QMaps(push=learned.push + NOISE * push_noise, grasp=learned.grasp + NOISE * grasp_noise)
+        return noisy(self._known[key], self.rng)
 
     def grasp_probability(self, features: NDArray[np.float32]) -> float:
         return float(self.kind == gi.GRASP)
@@ -131,20 +128,32 @@ class _Session:
     ) -> None:
         self._robot = robot
         self._spoken = SpokenRobot(robot, log.bus)
-        self._models = models
-        self._bundle_sha256 = bundle_sha256
-        self._log = log
-        self._number = number
+        self._bus = log.bus
         self._chooser = _Chooser(robot, models, np.random.default_rng((3, number, 2)))
         self._counts = counts
         self._runs = 0
+        self._facts = RunFacts(
+            run_id=f"branch-{number}",
+            project_version=version("grasping-invisible"),
+            bundle_sha256=bundle_sha256,
+            onnxruntime_version="",
+            target=robot.scene.target,
+            scene=robot.scene.name,
+            seed=number,
+            max_motions=1,
+            config_toml=to_toml(Config()),
+            robot="simulated in this process, branching",
+        )
 
     def branch_from_here(self, rng: np.random.Generator) -> list[int]:
-        """Try grasps and pushes from the state that the world is in; the states that pushes led to."""
+        """Try grasps and pushes from the state that the world is in; the states that pushes led to.
+
+        While the target is hidden, only those in which it still is, if there are any: a search goes on.
+        """
         here = self._robot.save()
         frame = self._spoken.observe()
         targets = self._targets(rng)
-        reached = []
+        reached: list[int] = []
         for target in targets:
             perception = perceive(frame, self._chooser, target, self._robot.workspace)
             if perception.target_seen:
@@ -178,18 +187,22 @@ class _Session:
             self._robot.restore(state)
 
     def _try_pushes(self, perception: Perception, frame: RgbdFrame, target: str, state: int) -> list[int]:
-        led_to: list[int] = []
+        led_to: dict[bool, list[int]] = {True: [], False: []}  # by whether the target is seen there
         tried: list[FruitlessAction] = []
-        for index in range(PUSHES):
-            self._chooser.kind, self._chooser.greedy = gi.PUSH, index >= PUSHES // 2
+        pushes = PUSHES if perception.target_seen else SEARCHING_PUSHES
+        for index in range(pushes):
+            self._chooser.kind, self._chooser.greedy = gi.PUSH, index >= pushes // 2
             after = self._attempt(perception, frame, target, tried)
             if after is not None:
                 reached = self._robot.save()
                 if after[0].target_seen:
                     self._try_grasps(*after, target, reached, random=0, greedy=GRASPS_AFTER)
-                led_to.append(reached)
+                led_to[after[0].target_seen].append(reached)
             self._robot.restore(state)
-        return led_to
+        going_on = led_to[perception.target_seen] or led_to[not perception.target_seen]
+        for reached in {*led_to[True], *led_to[False]} - {*going_on}:
+            self._robot.forget(reached)
+        return going_on
 
     def _attempt(
         self, before: Perception, frame: RgbdFrame, target: str, tried: list[FruitlessAction]
@@ -199,9 +212,10 @@ class _Session:
         memory = Memory(fruitless=tuple(tried) if self._chooser.greedy else ())
         facts, watcher = self._started(target)
         watcher.perceived(frame, before, 0)
-        deliberation = deliberate(
-            before, memory, self._chooser, DecisionSettings(target, self._robot.workspace), facts.seed + self._runs
-        )
+        # A search at random is not led by the clutter prior alone: half of it starts wherever something can be pushed.
+        exploration = "agnostic-push" if self._runs % 2 else EXPLORER
+        settings = DecisionSettings(target, self._robot.workspace, exploration)
+        deliberation = deliberate(before, memory, self._chooser, settings, facts.seed + self._runs)
         decision = deliberation.decision
         watcher.decided(frame, deliberation)
         outcome = self._spoken.execute(decision.command(1, time.time_ns()))
@@ -221,34 +235,21 @@ class _Session:
 
     def _felt(self, target: str, before: Perception, outcome: gi.MotionOutcome) -> Judgement:
         """What came of a grasp, by what the simulator knows to be held: no image is made for it."""
-        held = next(
-            (item.color for item in self._robot.world.object_states() if item.name == self._robot.truth().held_object),
-            None,
-        )
+        held = self._robot.truth().held_object if outcome.holding else ""
+        color = next((item.color for item in self._robot.world.object_states() if item.name == held), None)
         return Judgement(
             scene_changed=outcome.holding,
             target_visible=before.target_seen,
             object_grasped=outcome.holding,
-            target_grasped=outcome.holding and held == target,
+            target_grasped=outcome.holding and color == target,
             border_decrease=0.0,
             detail=f"{outcome.detail}; put back",
         )
 
     def _started(self, target: str) -> tuple[RunFacts, RunLog]:
         self._runs += 1
-        facts = RunFacts(
-            run_id=f"branch-{self._number}/{self._runs}",
-            project_version=version("grasping-invisible"),
-            bundle_sha256=self._bundle_sha256,
-            onnxruntime_version="",
-            target=target,
-            scene=self._robot.scene.name,
-            seed=self._number,
-            max_motions=1,
-            config_toml=to_toml(Config()),
-            robot="simulated in this process, branching",
-        )
-        watcher = RunLog(self._log.bus, target, pictures=False)
+        facts = replace(self._facts, run_id=f"{self._facts.run_id}/{self._runs}", target=target)
+        watcher = RunLog(self._bus, target, pictures=False)
         watcher.started(facts)
         return facts, watcher
 

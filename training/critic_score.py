@@ -7,36 +7,38 @@ import torch
 from numpy.typing import NDArray
 
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
-from grasping_invisible.data.rewards import GRASP_AIMED, GRASP_SUCCEEDED
 from grasping_invisible.training.critic_batch import example, executed_values
 from grasping_invisible.training.critic_net import CriticNet
-from grasping_invisible.training.transitions import ANY_OBJECT, OBJECT_GRASPED, Transition
+from grasping_invisible.training.transitions import HIDDEN, Transition
 
 BATCH = 32
 
 
-def score_critic(net: CriticNet, transitions: Sequence[Transition], targets: NDArray[np.float32]) -> dict[str, float]:
+def score_critic(
+    net: CriticNet, transitions: Sequence[Transition], targets: NDArray[np.float32], middle: float
+) -> dict[str, float]:
     """Scores of a network in evaluation mode; what the transitions have no example of is left out.
 
     `targets`: (T,), reward plus discounted value of the next state. `td_error`: mean absolute difference to them.
     `grasp_auc`, `push_auc`: how well the Q value tells successful from failed grasps aimed at the goal, and pushes
-    that freed its border from others. `grasp_accuracy`: with grasps called successful above the middle between the
-    rewards of failure and success.
+    that freed its border from others; `reveal_auc`: pushes of a search that brought something to light from others.
+    `grasp_accuracy`: with grasps called successful above `middle`.
     """
     values = predicted(net, transitions)
-    push = np.array([transition.kind == gi.PUSH for transition in transitions], np.bool_)
+    search = np.array([transition.goal == HIDDEN for transition in transitions], np.bool_)
+    push = np.array([transition.kind == gi.PUSH for transition in transitions], np.bool_) & ~search
     aimed = np.array([transition.aimed for transition in transitions], np.bool_)
     success = np.array([transition.success for transition in transitions], np.bool_)
     freed = np.array([transition.did_its_part for transition in transitions], np.bool_)
-    agnostic = any(transition.goal == ANY_OBJECT for transition in transitions)
-    middle = OBJECT_GRASPED / 2 if agnostic else (GRASP_AIMED + GRASP_SUCCEEDED) / 2
     scores = {
         "td_error": float(np.abs(values - targets).mean()),
         "grasp_auc": auc(values[aimed], success[aimed]),
         "grasp_accuracy": float(((values > middle) == success)[aimed].mean()) if aimed.any() else np.nan,
         "push_auc": auc(values[push], freed[push]),
+        "reveal_auc": auc(values[search], success[search]),
         "held_out_grasps": float(aimed.sum()),
         "held_out_pushes": float(push.sum()),
+        "held_out_searches": float(search.sum()),
     }
     return {name: value for name, value in scores.items() if np.isfinite(value)}
 

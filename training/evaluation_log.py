@@ -5,10 +5,7 @@ from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
 
-from grasping_invisible.data.calibration_message import encode_calibration
-from grasping_invisible.data.images import encode_color, encode_depth
 from grasping_invisible.data.recorder import Recorder
-from grasping_invisible.data.topics import CAMERA_INFO, COLOR_IMAGE, DEPTH_IMAGE, TRANSFORMS
 from grasping_invisible.runtime.bundle import ModelBundle
 from grasping_invisible.runtime.bus import Bus
 from grasping_invisible.runtime.config import Config, PolicySettings, to_toml
@@ -22,7 +19,6 @@ from grasping_invisible.sim_robot.robot import SimRobot
 from grasping_invisible.training.evaluation_methods import Method
 from grasping_invisible.training.experience_log import SpokenRobot
 
-_CAMERA = (COLOR_IMAGE, DEPTH_IMAGE, CAMERA_INFO, TRANSFORMS)
 FOUND = "found"  # why a run ended that was for finding alone
 
 
@@ -32,14 +28,8 @@ class FilmedRobot(SpokenRobot):
     def observe(self) -> RgbdFrame:
         """What a runtime on the link would get of the frame: its messages, decoded."""
         frame = super().observe()
-        camera, stamp = frame.camera, frame.stamp_ns
-        parts = FrameParts(
-            encode_color(frame.color, stamp),
-            encode_depth(frame.depth, stamp),
-            encode_calibration(camera.intrinsics, camera.width, camera.height, stamp),
-            self._robot.transforms(stamp),
-        )
-        for topic, message in zip(_CAMERA, vars(parts).values(), strict=True):
+        parts = FrameParts.of(frame, self._robot.transforms(frame.stamp_ns))
+        for topic, message in parts.messages.items():
             self._bus.publish(topic, message)
         return parts.decode()
 

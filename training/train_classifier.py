@@ -23,11 +23,12 @@ from grasping_invisible.training.critic_values import best_values, q_maps
 from grasping_invisible.training.device import training_device
 from grasping_invisible.training.experience import Experience
 from grasping_invisible.training.fingerprint import data_fingerprint, weights_fingerprint
+from grasping_invisible.training.packed_maps import PackedMaps
 from grasping_invisible.training.session import Session
 from grasping_invisible.training.source import source_commit
 from grasping_invisible.training.transitions import Transition
 
-BUFFER = 20_000  # most recent grasps that are kept
+BUFFER = 6_000  # most recent grasps that are kept
 WEIGHT_DECAY = 1e-3
 
 
@@ -95,13 +96,16 @@ def examples_of(transitions: Sequence[Transition], critic: CriticNet, console: C
     """
     grasps = [item for item in transitions if item.aimed and not item.hindsight][-BUFFER:]
     features, grasped = [], []
+    asked: tuple[PackedMaps, int] | None = None
     with bar("asking the critic", len(grasps), console) as advance:
         for item in grasps:
-            before, mask = item.before()
-            q = q_maps(critic, before, mask)
-            push, _ = best_values(q, before, mask)
+            if asked != (item.seen, item.goal):  # many grasps may have been tried from one state
+                asked = item.seen, item.goal
+                before, mask = item.before()
+                q = q_maps(critic, before, mask)
+                push, _ = best_values(q, before, mask)
+                border = target_border(before.height, mask, before.workspace.resolution)
             grasp = float(q.grasp[item.rotation, item.row, item.column])
-            border = target_border(before.height, mask, before.workspace.resolution)
             features.append(classifier_features(push, grasp, border, item.consecutive_grasp_failures))
             grasped.append(item.success)
             advance()

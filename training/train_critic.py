@@ -14,13 +14,15 @@ from torch.nn import functional
 from grasping_invisible.data.action_grid import ROTATIONS
 from grasping_invisible.data.file_hash import file_sha256
 from grasping_invisible.data.progress import bar
+from grasping_invisible.data.rewards import GRASP_AIMED, GRASP_SUCCEEDED
 from grasping_invisible.runtime.errors import BadInput
+from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights
 from grasping_invisible.training.critic_batch import example, executed_values
 from grasping_invisible.training.critic_design import CriticDesign
 from grasping_invisible.training.critic_net import CriticNet
 from grasping_invisible.training.critic_score import score_critic
-from grasping_invisible.training.critic_values import best_values, q_maps
+from grasping_invisible.training.critic_values import best_values, q_maps, q_maps_near
 from grasping_invisible.training.densenet_critic import DenseNetCritic
 from grasping_invisible.training.device import training_device
 from grasping_invisible.training.experience import Experience
@@ -28,7 +30,14 @@ from grasping_invisible.training.fingerprint import data_fingerprint
 from grasping_invisible.training.imagenet_weights import load_imagenet
 from grasping_invisible.training.session import Session
 from grasping_invisible.training.source import source_commit
-from grasping_invisible.training.transitions import Transition, goal_cells, goal_mask
+from grasping_invisible.training.transitions import (
+    ANY_OBJECT,
+    HIDDEN,
+    OBJECT_GRASPED,
+    Transition,
+    goal_cells,
+    goal_mask,
+)
 
 DISCOUNT = 0.5
 PRIORITY_EXPONENT = 0.6
@@ -38,19 +47,25 @@ PRIORITY_FLOOR = 0.02
 ROTATIONS_VALUED = 8
 # Held-out transitions of which the curves during a training are drawn; the scores at its end are of all.
 WATCHED = 300
-WATCHED_SCORES = ("td_error", "grasp_auc", "grasp_accuracy", "push_auc")
+WATCHED_SCORES = ("td_error", "grasp_auc", "grasp_accuracy", "push_auc", "reveal_auc")
+# Success: a motion is worth how soon the goal is grasped after it, or comes to light, and nothing else: 1 for success,
+# half of it for each motion before. Paper: its rewards in two stages (section V-B), for what is in view alone.
+SUCCESS, PAPER = "success", "paper"
+REWARDS = (SUCCESS, PAPER)
 
 
 @dataclass(frozen=True)
 class CriticTraining:
     """How to train. `rounds`: the values of next states are computed anew at the start of each but the first.
 
-    In the first round next states count nothing: the critic learns what motions do before what they lead to.
-    `imagenet`: weights that a DenseNet's trunk begins with, see `imagenet_weights`. `begin`: a critic's checkpoint to
-    go on from, of the same design; it knows what motions do, so its next states count from the first round on.
+    `rewards`: one of `REWARDS`. In the first round next states count nothing: the critic learns what motions do before
+    what they lead to. `imagenet`: weights that a DenseNet's trunk begins with, see `imagenet_weights`. `begin`: a
+    critic's checkpoint to go on from, of the same design; it knows what motions do, so its next states count from the
+    first round on.
     """
 
     checkpoint: Path
+    rewards: str = SUCCESS
     design: CriticDesign = field(default_factory=CriticDesign)
     imagenet: Path | None = None
     begin: Path | None = None
@@ -63,11 +78,13 @@ class CriticTraining:
 
 def train_critic(settings: CriticTraining, experience: Experience, console: Console) -> Checkpoint:
     """Train by prioritised replay, score on held-out runs; resumes. Raises `BadInput`."""
-    taught, held_out = experience.taught, experience.held_out
+    taught, held_out = (_taught_by(settings.rewards, part) for part in (experience.taught, experience.held_out))
+    middle = middle_of(settings.rewards, experience.agnostic)
     torch.manual_seed(settings.seed)
     net, design = _untrained(settings)
     optimizer = torch.optim.AdamW(net.parameters(), settings.learning_rate, weight_decay=1e-4)
-    replay, watched = Replay(taught), Replay(held_out[:: math.ceil(len(held_out) / WATCHED)])
+    replay = Replay(taught, settings.rewards)
+    watched = Replay(held_out[:: math.ceil(len(held_out) / WATCHED)], settings.rewards)
     session = Session(
         "critic",
         settings.checkpoint,
@@ -75,7 +92,9 @@ def train_critic(settings: CriticTraining, experience: Experience, console: Cons
         optimizer,
         settings.learning_rate,
         settings.steps,
-        data_fingerprint(dict.fromkeys(experience.datasets, 1) | ({"any object": 1} if experience.agnostic else {})),
+        data_fingerprint(
+            {**dict.fromkeys(experience.datasets, 1), settings.rewards: 1, "any object": int(experience.agnostic)}
+        ),
         {"targets": replay.targets, "errors": replay.errors, "watched_targets": watched.targets},
         design,
     )
@@ -83,16 +102,19 @@ def train_critic(settings: CriticTraining, experience: Experience, console: Cons
     for start, end in zip([0, *ends], ends, strict=False):
         if session.step == start and (start > 0 or settings.begin) and not session.finished:
             for part in (replay, watched):
-                value_next_states(net, part.transitions, part.targets, settings.seed + start, console)
+                part.value_next_states(net, settings.seed + start, console)
         if session.step < end:
             net.train()
             session.run(
-                lambda step: _losses(net, replay, settings, step), console, end, lambda: _watched_scores(net, watched)
+                lambda step: _losses(net, replay, settings, step),
+                console,
+                end,
+                lambda: _watched_scores(net, watched, middle),
             )
 
-    held_out_targets = torch.tensor([transition.reward for transition in held_out])
-    value_next_states(net, held_out, held_out_targets, settings.seed, console)
-    scores = score_critic(net.eval(), held_out, held_out_targets.numpy())
+    last = Replay(held_out, settings.rewards)
+    last.value_next_states(net, settings.seed, console)
+    scores = score_critic(net.eval(), held_out, last.targets.numpy(), middle)
     return session.finish(
         scores,
         {
@@ -101,6 +123,7 @@ def train_critic(settings: CriticTraining, experience: Experience, console: Cons
             "held_out_transitions": len(held_out),
             **experience.origin,
             "discount": DISCOUNT,
+            "rewards": settings.rewards,
             "steps": settings.steps,
             "batch": settings.batch,
             "seed": settings.seed,
@@ -112,9 +135,10 @@ def train_critic(settings: CriticTraining, experience: Experience, console: Cons
 class Replay:
     """Transitions with what the critic should say of them and by how much it last was wrong."""
 
-    def __init__(self, transitions: Sequence[Transition]) -> None:
+    def __init__(self, transitions: Sequence[Transition], rewards: str) -> None:
         self.transitions = transitions
-        self.targets = torch.tensor([transition.reward for transition in transitions], dtype=torch.float32)
+        self.earned = torch.tensor([earned(transition, rewards) for transition in transitions], dtype=torch.float32)
+        self.targets = self.earned.clone()
         self.errors = torch.ones(len(transitions))  # unseen ones first
 
     def draw(self, rng: np.random.Generator, count: int, progress: float) -> tuple[list[int], torch.Tensor]:
@@ -125,31 +149,55 @@ class Replay:
         weights = (len(shares) * shares[indices]) ** -(0.4 + 0.6 * progress)
         return indices.tolist(), torch.tensor(weights / weights.max(), dtype=torch.float32)
 
+    def value_next_states(self, net: CriticNet, seed: int, console: Console) -> None:
+        """Make `targets` what was earned plus the discounted value of the next state, where that counts.
 
-def value_next_states(
-    net: CriticNet, transitions: Sequence[Transition], targets: torch.Tensor, seed: int, console: Console
-) -> None:
-    """Write reward plus discounted value of the next state into `targets`, (T,).
+        The network as it is now stays the target network until the next call. A state without the goal in view counts
+        nothing. Values lie within 0 and 1: no sequence of motions earns more.
+        """
+        net.eval()
+        rng = np.random.default_rng(seed)
+        values: dict[tuple[int, int], float] = {}
+        with bar("valuing next states", len(self.transitions), console) as advance:
+            for index, transition in enumerate(self.transitions):
+                then = transition.then
+                if then is not None and transition.looks_ahead:
+                    key = id(then), transition.goal
+                    if key not in values:
+                        rotations = rng.permutation(ROTATIONS)[:ROTATIONS_VALUED].tolist()
+                        values[key] = min(max(state_value(net, then.unpack(), transition.goal, rotations), 0.0), 1.0)
+                    self.targets[index] = self.earned[index] + DISCOUNT * values[key]
+                advance()
 
-    It counts for transitions that look ahead. The network as it is now stays the target network until the next call. A
-    state without the goal in view counts nothing. Values lie within 0 and 1: no sequence of motions earns more.
-    """
-    net.eval()
-    rng = np.random.default_rng(seed)
-    values: dict[tuple[int, int], float] = {}
-    with bar("valuing next states", len(transitions), console) as advance:
-        for index, transition in enumerate(transitions):
-            then = transition.then
-            if then is not None and transition.looks_ahead:
-                key = id(then), transition.goal
-                if key not in values and (then.unpack_labels() == transition.goal).any():
-                    after = then.unpack()
-                    rotations = rng.permutation(ROTATIONS)[:ROTATIONS_VALUED].tolist()
-                    q = q_maps(net, after, goal_mask(after, transition.goal), rotations)
-                    best = max(best_values(q, after, goal_cells(after, transition.goal)))
-                    values[key] = min(max(best, 0.0), 1.0)
-                targets[index] = transition.reward + DISCOUNT * values.get(key, 0.0)
-            advance()
+
+def earned(transition: Transition, rewards: str) -> float:
+    """What a motion itself is worth, by `SUCCESS` or `PAPER`; where any object counts there is one way alone."""
+    if rewards == PAPER or transition.goal == ANY_OBJECT:
+        return transition.reward
+    return float(transition.success)
+
+
+def middle_of(rewards: str, agnostic: bool) -> float:
+    """Between what a grasp that fails and one that succeeds are worth."""
+    if agnostic:
+        return OBJECT_GRASPED / 2
+    return (GRASP_AIMED + GRASP_SUCCEEDED) / 2 if rewards == PAPER else 0.5
+
+
+def state_value(net: CriticNet, maps: Heightmaps, goal: int, rotations: Sequence[int]) -> float:
+    """The greatest Q value of what can be done for a goal in a state; 0 where it is not in view."""
+    cells = goal_cells(maps, goal)
+    if not cells.any():
+        return 0.0
+    everywhere = goal in (ANY_OBJECT, HIDDEN)
+    q = (q_maps if everywhere else q_maps_near)(net, maps, goal_mask(maps, goal), rotations)
+    push, grasp = best_values(q, maps, cells)
+    return push if goal == HIDDEN else max(push, grasp)
+
+
+def _taught_by(rewards: str, transitions: Sequence[Transition]) -> list[Transition]:
+    """The paper's rewards say nothing of what is hidden."""
+    return [transition for transition in transitions if rewards == SUCCESS or transition.goal != HIDDEN]
 
 
 def _untrained(settings: CriticTraining) -> tuple[CriticNet, dict[str, str]]:
@@ -167,13 +215,17 @@ def _untrained(settings: CriticTraining) -> tuple[CriticNet, dict[str, str]]:
     return net.to(training_device()), design
 
 
-def _watched_scores(net: CriticNet, watched: Replay) -> dict[str, float]:
-    scores = score_critic(net, watched.transitions, watched.targets.numpy())
+def _watched_scores(net: CriticNet, watched: Replay, middle: float) -> dict[str, float]:
+    scores = score_critic(net, watched.transitions, watched.targets.numpy(), middle)
     return {name: scores[name] for name in WATCHED_SCORES if name in scores}
 
 
 def _losses(net: CriticNet, replay: Replay, settings: CriticTraining, step: int) -> dict[str, torch.Tensor]:
-    """Huber loss of the temporal difference (paper, section VI-A) through executed cells only, and its mean size."""
+    """Loss of the temporal difference through executed cells only, and its mean size.
+
+    With the paper's rewards Huber's, as there (section VI-A). Where the target is a probability, discounted, it is the
+    cross-entropy, whose gradient does not vanish where a critic is sure of what is wrong.
+    """
     rng = np.random.default_rng((settings.seed, step))
     indices, weights = replay.draw(rng, settings.batch, step / settings.steps)
     batch = [replay.transitions[index] for index in indices]
@@ -182,5 +234,6 @@ def _losses(net: CriticNet, replay: Replay, settings: CriticTraining, step: int)
     targets = replay.targets[indices].to(net.device)
     errors = (values - targets).detach().abs()
     replay.errors[indices] = errors.cpu()
-    loss = functional.huber_loss(values, targets, reduction="none")
+    of = functional.huber_loss if settings.rewards == PAPER else functional.binary_cross_entropy
+    loss = of(values, targets, reduction="none")
     return {"loss": (weights.to(net.device) * loss).mean(), "td_error": errors.mean()}

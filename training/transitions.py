@@ -1,7 +1,8 @@
 """What the critic learns from: state, executed action, reward, next state, for a goal."""
 
+import hashlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,8 @@ from grasping_invisible.training.packed_maps import PackedMaps
 # As a goal: whatever is moved or grasped counts, as for VPG (paper, section II). Its rewards are half of VPG's 1 and
 # 0.5: a grasp is no end there and looks ahead like a push, which returns up to 2, and our Q values are bounded by 1.
 ANY_OBJECT = 0
+# As a goal: whatever is hidden. A push of a search is worth how soon a candidate comes to light by it.
+HIDDEN = -1
 OBJECT_GRASPED, SCENE_CHANGED = 0.5, 0.25
 _KINDS = {"push": gi.PUSH, "grasp": gi.GRASP}
 
@@ -26,10 +29,10 @@ _KINDS = {"push": gi.PUSH, "grasp": gi.GRASP}
 class Transition:
     """One action and what it was worth for one goal; see `data.labels` for how that is known.
 
-    `seen`: the state before. `goal`: class index of the target, or `ANY_OBJECT`. `row`, `column`: on the action grid.
-    `success`: the goal was grasped, which ends the episode. `then`: the state that followed, None at an end.
-    `hindsight`: the goal was not what the robot was after. `aimed`: it is a grasp aimed at the goal. `run`: which run
-    it is from. `consecutive_grasp_failures`: c_g when it was decided on.
+    `seen`: the state before. `goal`: class index of the target, `ANY_OBJECT` or `HIDDEN`. `row`, `column`: on the
+    action grid. `reward`: the paper's. `success`: the goal was grasped or came to light, which ends the episode.
+    `then`: the state that followed, None at an end. `hindsight`: the goal was not what the robot was after. `aimed`: it
+    is a grasp aimed at the goal. `run`: which run it is from. `consecutive_grasp_failures`: c_g when it was decided on.
     """
 
     seen: PackedMaps
@@ -68,79 +71,75 @@ class Transition:
 
 def goal_mask(maps: Heightmaps, goal: int) -> NDArray[np.bool_]:
     """The mask that a critic is asked with for a goal, (N, N): its cells, or ones for any object."""
-    return np.ones_like(maps.labels, np.bool_) if goal == ANY_OBJECT else maps.labels == goal
+    return np.ones_like(maps.labels, np.bool_) if goal in (ANY_OBJECT, HIDDEN) else maps.labels == goal
 
 
 def goal_cells(maps: Heightmaps, goal: int) -> NDArray[np.bool_]:
-    """Where a goal is, (N, N); any object is where something stands."""
-    return maps.height > GROUND_HEIGHT if goal == ANY_OBJECT else maps.labels == goal
+    """Where a goal is, (N, N); any object, and what is hidden, is where something stands."""
+    return maps.height > GROUND_HEIGHT if goal in (ANY_OBJECT, HIDDEN) else maps.labels == goal
 
 
 class TransitionReader:
-    """Makes transitions of a dataset's rows; a frame that was after one motion and before the next is kept once."""
+    """Makes transitions of a dataset's rows; each state is kept once, however many motions began or ended with it."""
 
     def __init__(self) -> None:
-        self._run: tuple[str, int] | None = None
-        self._frames: dict[int, PackedMaps] = {}
+        self._states: dict[bytes, PackedMaps] = {}
 
     def of(self, row: dict[str, Any]) -> Iterator[Transition]:
-        """What a row teaches, for the run's target and for others."""
-        seen, then = self._seen_and_then(row)
+        """What a row teaches, for the run's target, for others, and for whatever is hidden."""
         for goal in row["goals"]:
-            assert seen is not None  # or there would be no goals
-            yield Transition(
-                seen=seen,
+            yield self._transition(
+                row,
                 goal=CLASSES.index(goal["goal"]),
-                kind=_KINDS[row["kind"]],
-                rotation=row["rotation"],
-                row=row["row"],
-                column=row["column"],
                 reward=goal["reward"],
                 success=goal["success"],
-                then=None if goal["success"] else then,
                 hindsight=goal["hindsight"],
                 aimed=goal["aimed"],
-                run=row["run_id"],
-                consecutive_grasp_failures=row["consecutive_grasp_failures"],
             )
+        if row["revealed"] is not None:
+            reward = PUSH_FREED if row["revealed"] else 0.0
+            yield self._transition(row, goal=HIDDEN, reward=reward, success=row["revealed"])
 
     def of_any_object(self, row: dict[str, Any]) -> Iterator[Transition]:
         """What a row teaches where any object counts; what follows counts where something was held or moved."""
-        seen, then = self._seen_and_then(row)
         if not row["usable"] or row["scene_changed"] is None:
             return
-        assert seen is not None  # or it would not be usable
-        kind, held = _KINDS[row["kind"]], bool(row["object_grasped"])
-        moved = kind == gi.PUSH and row["scene_changed"]
-        yield Transition(
+        held = bool(row["object_grasped"])
+        moved = row["kind"] == "push" and row["scene_changed"]
+        reward = OBJECT_GRASPED if held else SCENE_CHANGED if moved else 0.0
+        transition = self._transition(row, ANY_OBJECT, reward, success=held, aimed=row["kind"] == "grasp")
+        yield replace(transition, then=self._state(row, "after") if held or moved else None)
+
+    def _transition(
+        self, row: dict[str, Any], goal: int, reward: float, success: bool, hindsight: bool = False, aimed: bool = False
+    ) -> Transition:
+        seen = self._state(row, "before")
+        assert seen is not None  # every row has what was seen before
+        return Transition(
             seen=seen,
-            goal=ANY_OBJECT,
-            kind=kind,
+            goal=goal,
+            kind=_KINDS[row["kind"]],
             rotation=row["rotation"],
             row=row["row"],
             column=row["column"],
-            reward=OBJECT_GRASPED if held else SCENE_CHANGED if moved else 0.0,
-            success=held,
-            then=then if held or moved else None,
-            hindsight=False,
-            aimed=kind == gi.GRASP,
+            reward=reward,
+            success=success,
+            then=None if success else self._state(row, "after"),
+            hindsight=hindsight,
+            aimed=aimed,
             run=row["run_id"],
             consecutive_grasp_failures=row["consecutive_grasp_failures"],
         )
 
-    def _seen_and_then(self, row: dict[str, Any]) -> tuple[PackedMaps | None, PackedMaps | None]:
-        """The states before and after a row's motion."""
-        run = row["run_id"], row["run_started_ns"]
-        if run != self._run:
-            self._run, self._frames = run, {}
-        return self._frame(row, "before", row["frame_stamp_ns"]), self._frame(row, "after", row["after_stamp_ns"])
-
-    def _frame(self, row: dict[str, Any], when: str, stamp_ns: int | None) -> PackedMaps | None:
+    def _state(self, row: dict[str, Any], when: str) -> PackedMaps | None:
+        stamp_ns = row["frame_stamp_ns" if when == "before" else "after_stamp_ns"]
         if stamp_ns is None:
             return None
-        if stamp_ns not in self._frames:
-            color, height, labels = (row[f"{when}_{what}"] for what in ("color", "height", "labels"))
+        images = [row[f"{when}_{what}"] for what in ("color", "height", "labels")]
+        content = hashlib.blake2b(b"".join(images), digest_size=16).digest()
+        if content not in self._states:
             center = row["center_x"], row["center_y"], row["center_z"]
             workspace = Workspace(center, row["resolution"] * row["cells"], row["resolution"])
-            self._frames[stamp_ns] = PackedMaps(stamp_ns, color, height, labels, workspace)
-        return self._frames[stamp_ns]
+            color, height, labels = images
+            self._states[content] = PackedMaps(stamp_ns, color, height, labels, workspace)
+        return self._states[content]

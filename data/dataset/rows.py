@@ -99,6 +99,7 @@ def _label(labelled: LabelledStep) -> dict[str, Any]:
         "reward": None if own is None else own.reward,
         "success": None if own is None else own.success,
         "grasp_label": None if label.classifier is None else label.classifier.grasp,
+        "revealed": label.revealed,
         "goals": [
             {
                 "goal": goal.goal,

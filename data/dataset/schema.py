@@ -8,7 +8,7 @@ import pyarrow.parquet as pq
 
 from grasping_invisible.data.labels import RULES
 
-FORMAT = 1  # counts up when the columns, their meaning, the order of rows or the division into shards changes
+FORMAT = 2  # counts up when the columns, their meaning, the order of rows or the division into shards changes
 GROUP_ROWS = 64  # rows of a row group: some 8 MB
 IMAGES = tuple(f"{when}_{what}" for when in ("before", "after") for what in ("color", "height", "labels"))
 
@@ -75,6 +75,7 @@ SCHEMA = pa.schema(
         ("reward", pa.float64()),
         ("success", pa.bool_()),
         ("grasp_label", pa.bool_()),
+        ("revealed", pa.bool_()),
         ("goals", pa.list_(_GOAL)),
         ("rules", pa.struct([(name, pa.int64()) for name in RULES])),
         # What was seen.

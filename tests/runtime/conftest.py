@@ -11,19 +11,14 @@ from google.protobuf.message import Message
 from numpy.typing import NDArray
 
 from grasping_invisible.data.action_grid import ACTION_CELLS, ROTATIONS
-from grasping_invisible.data.calibration_message import encode_calibration
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.data.clock import to_timestamp
-from grasping_invisible.data.images import CAMERA_FRAME, encode_color, encode_depth
+from grasping_invisible.data.images import CAMERA_FRAME
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.recorder import Recorder, RecordingSettings
 from grasping_invisible.data.topics import (
-    CAMERA_INFO,
-    COLOR_IMAGE,
     COMMAND,
-    DEPTH_IMAGE,
     OUTCOME,
-    TRANSFORMS,
     Topic,
 )
 from grasping_invisible.data.transform_message import encode_transforms
@@ -46,7 +41,6 @@ TableWith = Callable[..., Heightmaps]
 
 TABLE, COVER, TARGET = (240, 236, 230), (158, 154, 144), (222, 36, 30)
 CAMERA_HEIGHT = 0.8
-CAMERA_TOPICS = COLOR_IMAGE, DEPTH_IMAGE, CAMERA_INFO, TRANSFORMS
 # Straight above the workspace's centre, image x along base -y, image y along base -x.
 CAMERA = Camera(
     320,
@@ -152,14 +146,9 @@ class RecordedRobot(TableRobot):
 
     def observe(self) -> RgbdFrame:
         frame = super().observe()
-        stamp, camera = frame.stamp_ns, frame.camera
-        parts = FrameParts(
-            encode_color(frame.color, stamp),
-            encode_depth(frame.depth, stamp),
-            encode_calibration(camera.intrinsics, camera.width, camera.height, stamp),
-            encode_transforms({CAMERA_FRAME: camera.base_from_camera}, stamp),
-        )
-        for topic, message in zip(CAMERA_TOPICS, vars(parts).values(), strict=True):
+        transforms = encode_transforms({CAMERA_FRAME: frame.camera.base_from_camera}, frame.stamp_ns)
+        parts = FrameParts.of(frame, transforms)
+        for topic, message in parts.messages.items():
             self._record(topic, message)
         return parts.decode()
 
@@ -228,7 +217,7 @@ def perceived(table_with: TableWith) -> Callable[..., Perception]:
     def build(*blocks: Block) -> Perception:
         maps = table_with(*blocks)
         mask = maps.labels == CLASSES.index("red")
-        return Perception(maps.labels, maps, mask, int(mask.sum()) * 3, {})
+        return Perception(maps.labels, maps, mask, int(mask.sum()) * 3, np.zeros_like(mask), {})
 
     return build
 

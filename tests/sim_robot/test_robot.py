@@ -7,6 +7,9 @@ import pytest
 
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.errors import RobotError
+from grasping_invisible.runtime.heightmap import project
+from grasping_invisible.runtime.motion import cell_position, push_heights
+from grasping_invisible.runtime.rotation import action_grid
 from grasping_invisible.sim_robot.robot import SimRobot
 from grasping_invisible.sim_robot.scene import Scene, SceneObject
 
@@ -83,6 +86,20 @@ def test_push_moves_what_lies_ahead_along_yaw(make, yaw):
     along = moved @ [math.cos(yaw), math.sin(yaw)]
     assert 0.03 < along < 0.07
     assert abs(moved @ [-math.sin(yaw), math.cos(yaw)]) < 0.015
+
+
+def test_a_push_over_a_block_moves_what_stands_on_its_neighbour_and_nothing_else(make):
+    robot = make(block(color="grey", x=-0.026), block(color="grey", x=0.026), block(x=0.03, z=0.077))
+    middle = robot.workspace.center
+    frame = robot.observe()
+    maps = project(frame, robot.truth_labels(), robot.workspace)
+    row, column = action_grid(robot.workspace).cell_of(middle[0] - 0.032, middle[1])
+    x, y = cell_position(row, column, robot.workspace)
+    before = position_of(robot, "red"), position_of(robot, "grey")
+    outcome = robot.execute(command(gi.PUSH, x, y, middle[2] + float(push_heights(maps)[0, row, column])))
+    assert outcome.path_fraction > 0.5, outcome.detail  # it may be blocked once the red one tips over the edge
+    assert position_of(robot, "red")[0] - before[0][0] > 0.03
+    assert np.linalg.norm(position_of(robot, "grey") - before[1]) < 0.005
 
 
 def test_a_push_into_something_heavy_is_blocked_and_says_how_far_it_came(make):

@@ -27,8 +27,8 @@ from grasping_invisible.training.train_classifier import (
     score_classifier,
     train_classifier,
 )
-from grasping_invisible.training.train_critic import CriticTraining, Replay, train_critic, value_next_states
-from grasping_invisible.training.transitions import Transition
+from grasping_invisible.training.train_critic import PAPER, SUCCESS, CriticTraining, Replay, train_critic
+from grasping_invisible.training.transitions import HIDDEN, Transition
 
 QUIET = Console(quiet=True)
 
@@ -60,8 +60,9 @@ def experience(transitions: list[Transition]) -> Experience:
     return Experience(transitions[:50], transitions[50:], ("a dataset",), {"reward": 1})
 
 
-def test_the_critic_learns_and_the_classifier_from_it(experience: Experience, tmp_path: Path) -> None:
-    settings = CriticTraining(tmp_path / "critic.pt", steps=60, rounds=1, batch=12, learning_rate=5e-3)
+@pytest.mark.parametrize("rewards", [SUCCESS, PAPER])
+def test_the_critic_learns_and_the_classifier_from_it(experience: Experience, tmp_path: Path, rewards: str) -> None:
+    settings = CriticTraining(tmp_path / "critic.pt", rewards, steps=60, rounds=1, batch=12, learning_rate=5e-3)
     checkpoint = train_critic(settings, experience, QUIET)
     assert checkpoint.scores["grasp_auc"] > 0.9
 
@@ -85,31 +86,49 @@ def test_training_goes_on_only_with_the_same_design(experience: Experience, tmp_
     blind = CriticDesign(inputs="depth+mask")
     begin = checkpoint_folder(SHIPPED) / "critic.pt"
     with pytest.raises(BadInput, match=r"critic\.pt does not fit"):
-        train_critic(CriticTraining(tmp_path / "critic.pt", blind, begin=begin), experience, QUIET)
+        train_critic(CriticTraining(tmp_path / "critic.pt", design=blind, begin=begin), experience, QUIET)
     with pytest.raises(BadInput, match="no critic checkpoint"):
         train_critic(CriticTraining(tmp_path / "critic.pt", begin=tmp_path / "none.pt"), experience, QUIET)
 
 
-def test_next_states_of_pushes_count_half(transitions: list[Transition]) -> None:
+def critic_that_says(push: float, grasp: float) -> LightCritic:
+    """A critic of the same opinion everywhere."""
     net = LightCritic()
-    for head, value in ((net.grasp, 0.7), (net.push, 0.1)):
+    for head, value in ((net.grasp, grasp), (net.push, push)):
         weights = head.quarters.state_dict()
         constant = {
             "weight": torch.zeros_like(weights["weight"]),
             "bias": torch.full_like(weights["bias"], math.log(value / (1 - value))),
         }
         head.quarters.load_state_dict(constant)
+    return net
+
+
+@pytest.mark.parametrize(
+    ("rewards", "targets"),
+    [(PAPER, [0.5, 0.25 + 0.5 * 0.7, 0.25]), (SUCCESS, [0.0, 0.5 * 0.7, 0.0])],
+)
+def test_next_states_of_pushes_count_half(transitions: list[Transition], rewards: str, targets: list[float]) -> None:
     failed = next(item for item in transitions if not item.success)
     push = replace(failed, kind=gi.PUSH, reward=0.25, then=failed.seen)
     before, _ = push.before()
     gone = replace(push, then=PackedMaps.of(replace(before, labels=np.zeros_like(before.labels))))
-    some = Replay([failed, push, gone])
-    value_next_states(net, some.transitions, some.targets, 0, QUIET)
-    np.testing.assert_allclose(some.targets.numpy(), [0.5, 0.25 + 0.5 * 0.7, 0.25], atol=1e-6)
+    some = Replay([failed, push, gone], rewards)
+    some.value_next_states(critic_that_says(push=0.1, grasp=0.7), 0, QUIET)
+    np.testing.assert_allclose(some.targets.numpy(), targets, atol=1e-6)
+
+
+def test_a_push_of_a_search_is_worth_how_soon_something_comes_to_light(transitions: list[Transition]) -> None:
+    state = transitions[0].seen
+    in_vain = replace(transitions[0], goal=HIDDEN, kind=gi.PUSH, reward=0.0, success=False, then=state, aimed=False)
+    found = replace(in_vain, reward=0.5, success=True, then=None)
+    search = Replay([in_vain, found], SUCCESS)
+    search.value_next_states(critic_that_says(push=0.6, grasp=0.9), 0, QUIET)  # nothing hidden can be grasped
+    np.testing.assert_allclose(search.targets.numpy(), [0.5 * 0.6, 1.0], atol=1e-6)
 
 
 def test_replay_prefers_what_it_was_wrong_about(transitions: list[Transition]) -> None:
-    replay = Replay(transitions)
+    replay = Replay(transitions, SUCCESS)
     replay.errors.fill_(0.0)
     replay.errors[3] = 1.0
     indices, weights = replay.draw(np.random.default_rng(0), 400, progress=1.0)
@@ -139,7 +158,8 @@ def test_a_checkpoint_gives_the_network_back(experience: Experience, tmp_path: P
 
 def test_a_critic_without_colour_learns_and_says_so(experience: Experience, tmp_path: Path) -> None:
     path = tmp_path / "critic.pt"
-    settings = CriticTraining(path, CriticDesign(inputs="depth+mask"), steps=60, rounds=1, batch=12, learning_rate=5e-3)
+    blind = CriticDesign(inputs="depth+mask")
+    settings = CriticTraining(path, design=blind, steps=60, rounds=1, batch=12, learning_rate=5e-3)
     checkpoint = train_critic(settings, experience, QUIET)
     assert checkpoint.scores["grasp_auc"] > 0.9
     assert checkpoint.trained_on["inputs"] == "depth+mask"
