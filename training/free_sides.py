@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from grasping_invisible.data.action_grid import ROTATIONS, rotation_angle
 from grasping_invisible.data.drawing import FINGER_OPENING
+from grasping_invisible.data.target_border import GROUND_HEIGHT
 from grasping_invisible.runtime.heightmap import Heightmaps
-from grasping_invisible.runtime.motion import GRASP_DEPTH, MIN_TCP_HEIGHT
+from grasping_invisible.runtime.motion import FINGERTIPS, GRASP_DEPTH, MIN_TCP_HEIGHT
 
 FINGER_WIDTH = 0.022  # metres across the closing direction
 FINGER_DEPTH = 0.016  # and along it
@@ -24,7 +25,8 @@ def has_free_sides(maps: Heightmaps, mask: NDArray[np.bool_]) -> bool:
     if not mask.any():
         return False
     row, column = np.argwhere(mask).mean(axis=0)
-    tip = max(float(np.percentile(maps.height[mask], 80)) - GRASP_DEPTH, MIN_TCP_HEIGHT)
+    tcp = max(float(np.percentile(maps.height[mask], 80)) - GRASP_DEPTH, MIN_TCP_HEIGHT)
+    tip = max(tcp - FINGERTIPS, GROUND_HEIGHT)
     rows, columns = np.mgrid[: len(mask), : len(mask)]
     x, y = (columns - column) * maps.workspace.resolution, (row - rows) * maps.workspace.resolution
     for k in range(ROTATIONS // 2):

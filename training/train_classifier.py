@@ -28,7 +28,8 @@ from grasping_invisible.training.session import Session
 from grasping_invisible.training.source import source_commit
 from grasping_invisible.training.transitions import Transition
 
-BUFFER = 6_000  # most recent grasps that are kept
+BUFFER = 5_000  # most recent grasps that are kept to train on
+HELD_OUT_BUFFER = 1_000  # and to score with
 WEIGHT_DECAY = 1e-3
 
 
@@ -58,7 +59,8 @@ class Examples:
 def train_classifier(settings: ClassifierTraining, experience: Experience, console: Console) -> Checkpoint:
     """Train by binary cross-entropy (paper, section VI-A), score on held-out runs. Raises `BadInput`."""
     critic = load_critic(settings.critic).to(training_device()).eval()
-    taught, held_out = (examples_of(part, critic, console) for part in (experience.taught, experience.held_out))
+    taught = examples_of(experience.taught, critic, BUFFER, console)
+    held_out = examples_of(experience.held_out, critic, HELD_OUT_BUFFER, console)
     for part in (taught, held_out):
         if len(part) < 2 or part.grasped.all() or not part.grasped.any():
             raise BadInput(
@@ -88,13 +90,13 @@ def train_classifier(settings: ClassifierTraining, experience: Experience, conso
     )
 
 
-def examples_of(transitions: Sequence[Transition], critic: CriticNet, console: Console) -> Examples:
-    """What the classifier would have been asked before each grasp for the run's target, and the right answer.
+def examples_of(transitions: Sequence[Transition], critic: CriticNet, most: int, console: Console) -> Examples:
+    """What the classifier would have been asked before the last grasps for a run's target, and the right answers.
 
     1 where the target was grasped, 0 where the grasp was aimed at it and failed; with today's critic's values.
     The executed grasp stands for the best one, so that grasps chosen at random teach as well.
     """
-    grasps = [item for item in transitions if item.aimed and not item.hindsight][-BUFFER:]
+    grasps = [item for item in transitions if item.aimed and not item.hindsight][-most:]
     features, grasped = [], []
     asked: tuple[PackedMaps, int] | None = None
     with bar("asking the critic", len(grasps), console) as advance:

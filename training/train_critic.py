@@ -42,9 +42,9 @@ from grasping_invisible.training.transitions import (
 DISCOUNT = 0.5
 PRIORITY_EXPONENT = 0.6
 PRIORITY_FLOOR = 0.02
-# Of the 16 rotations, so many drawn at random value a next state: the greatest Q value of half of them is nearly
-# that of all, at half the time.
-ROTATIONS_VALUED = 8
+# Of the 16 rotations, so many drawn at random value a next state: the greatest Q value of some of them is nearly
+# that of all, at a fraction of the time.
+ROTATIONS_VALUED = 6
 # Held-out transitions of which the curves during a training are drawn; the scores at its end are of all.
 WATCHED = 300
 WATCHED_SCORES = ("td_error", "grasp_auc", "grasp_accuracy", "push_auc", "reveal_auc")

@@ -202,6 +202,27 @@ def test_a_correction_makes_no_unusable_step_usable() -> None:
     assert label(motion(gi.GRASP, *RED_AT), BEFORE, StepCorrection(target_grasped=True), before=None).goals == ()
 
 
+HIDDEN = scene(("blue", BLUE_AT))  # and red nowhere
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "kind", "revealed"),
+    [
+        (HIDDEN, BEFORE, gi.PUSH, True),
+        (HIDDEN, HIDDEN, gi.PUSH, False),
+        (HIDDEN, scene(("blue", BLUE_AT), ("green", RED_AT)), gi.PUSH, True),  # it might have been the target
+        (HIDDEN, scene(), gi.PUSH, False),
+        (BEFORE, BEFORE, gi.PUSH, None),  # no search
+        (HIDDEN, BEFORE, gi.GRASP, None),
+        (HIDDEN, None, gi.PUSH, None),
+    ],
+)
+def test_a_push_of_a_search_reveals_something_or_nothing(
+    before: HeightmapArrays, after: HeightmapArrays | None, kind: gi.MotionKind, revealed: bool | None
+) -> None:
+    assert label(motion(kind, *RED_AT), after, before=before).revealed is revealed
+
+
 def test_every_rule_has_a_version() -> None:
-    assert set(RULES) == {"border", "classifier", "hindsight", "reward", "success", "usable"}
+    assert set(RULES) == {"border", "classifier", "hindsight", "reveal", "reward", "success", "usable"}
     assert all(version >= 1 for version in RULES.values())

@@ -1,9 +1,11 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from grasping_invisible.runtime.explorer import best_push
+from grasping_invisible.runtime.explorer import best_push, explore
 from grasping_invisible.runtime.explorer_maps import FACTORS, exploration_maps
-from grasping_invisible.runtime.motion import cell_position
+from grasping_invisible.runtime.motion import cell_position, pushes_towards
 
 SHAPE = (16, 112, 112)
 ANY = np.ones(SHAPE, bool)
@@ -78,3 +80,18 @@ def test_with_nothing_to_go_by_it_still_keeps_away_from_failures(table_with):
     choice, by = best_push(exploration_maps(table_with(), np.zeros(SHAPE, np.float32), ((0.3, -0.2),)), ANY, rng())
     assert by == "failures alone"
     assert choice.value == pytest.approx(1.0, abs=0.01)
+
+
+def test_it_pushes_where_the_target_shows_from_the_side(situation):
+    heaps = (0.42, 0.0, 0.05, 0.05, "grey"), (0.64, 0.0, 0.05, 0.05, "grey")
+    for x, *_ in heaps:
+        searching = situation(*heaps)
+        maps = searching.maps
+        row, column = maps.workspace.cell_of(x, 0.0)
+        glimpse = np.zeros_like(searching.perception.mask)
+        glimpse[int(row) - 3 : int(row) + 3, int(column) - 3 : int(column) + 3] = True
+        there = replace(searching, perception=replace(searching.perception, glimpse=glimpse))
+        proposal = explore(there)
+        choice = proposal.choice
+        assert pushes_towards(glimpse, maps.workspace)[choice.rotation, choice.row, choice.column]
+        assert "shows from the side" in proposal.why

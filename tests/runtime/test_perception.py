@@ -106,6 +106,9 @@ def test_a_target_under_something_else_is_found_but_cannot_be_acted_on():
     under = perceive(frame, Painted(side), "red", Workspace())
     assert not under.target_seen
     assert under.target_found
+    rows, columns = np.nonzero(under.glimpse)
+    seen_rows, seen_columns = np.nonzero(perceive(alone, Painted(side), "red", Workspace()).mask)
+    assert math.dist((rows.mean(), columns.mean()), (seen_rows.mean(), seen_columns.mean())) < 2  # cells of 2 mm
 
 
 def test_patches_touching_at_a_corner_are_one():

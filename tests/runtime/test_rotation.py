@@ -40,6 +40,17 @@ def test_planes_turn_the_way_rotated_cell_says(row, column, k):
     assert math.dist(center, rotation.rotated_cell(row, column, k)) < 0.25
 
 
+@settings(max_examples=30, deadline=None)
+@given(k=st.integers(0, ROTATIONS - 1), top=st.integers(0, 96), left=st.integers(0, 96), seed=st.integers(0, 9))
+def test_a_window_is_cut_out_of_the_turned_planes(k, top, left, seed):
+    planes = np.random.default_rng(seed).random((rotation.ACTION_CELLS, rotation.ACTION_CELLS, 2), np.float32)
+    (turned,) = rotation.rotate_planes(planes, [k])
+    window = rotation.rotated_window(planes, k, top, left, 64)
+    # Bilinear weights come in steps of 1/32 of a cell, which two ways of computing a place may round differently.
+    np.testing.assert_allclose(window, turned[:, top : top + 64, left : left + 64], atol=0.07)
+    assert np.abs(window - turned[:, top : top + 64, left : left + 64]).mean() < 0.005
+
+
 @pytest.mark.parametrize("k", range(ROTATIONS))
 def test_an_action_points_to_the_right(k):
     yaw = rotation_angle(k)

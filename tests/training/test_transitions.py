@@ -14,7 +14,7 @@ from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.training.experience import Experience
 from grasping_invisible.training.packed_maps import PackedMaps
 from grasping_invisible.training.train_critic import CriticTraining, train_critic
-from grasping_invisible.training.transitions import ANY_OBJECT, TransitionReader, goal_cells, goal_mask
+from grasping_invisible.training.transitions import ANY_OBJECT, HIDDEN, TransitionReader, goal_cells, goal_mask
 
 MAPS = Heightmaps(
     1,
@@ -53,6 +53,7 @@ def row_of(kind: str, **what) -> dict:
         "object_grasped": False,
         "consecutive_grasp_failures": 0,
         "goals": [],
+        "revealed": None,
     }
     return {**images, **center, **facts, **what}
 
@@ -78,6 +79,20 @@ def test_any_object_that_is_held_or_moved_counts(row, reward, success):
 
 def test_what_teaches_nothing_teaches_nothing_of_any_object_either():
     assert list(TransitionReader().of_any_object(row_of("push", usable=False, why_not="a reason"))) == []
+
+
+@pytest.mark.parametrize("revealed", [True, False])
+def test_a_push_of_a_search_teaches_of_whatever_is_hidden(revealed: bool):
+    (transition,) = TransitionReader().of(row_of("push", revealed=revealed))
+    assert (transition.goal, transition.success, transition.looks_ahead) == (HIDDEN, revealed, not revealed)
+    _, mask = transition.before()
+    assert mask.all()
+
+
+def test_a_state_is_kept_once():
+    reader = TransitionReader()
+    one, other = (next(reader.of(row_of("push", revealed=False, rotation=k))) for k in (1, 2))
+    assert one.seen is other.seen
 
 
 def test_a_goal_is_asked_about_by_its_mask_and_lies_in_its_cells():
