@@ -127,7 +127,7 @@ def _covered(count: int, wanted: Kind | None, rng: np.random.Generator) -> list[
         pile = [hidden, *walls]
         roof = piles.covering(hidden.size, rng)
         pile.append(piles.on_top(pile, roof, *hidden.center[:2]))
-        if spare > 0 and rng.random() < 0.5:  # one more on top
+        for _ in range(min(spare, int(rng.integers(4)))):  # and more on top of it
             spare -= 1
             x, y = rng.uniform(-0.02, 0.02, 2)
             pile.append(piles.on_top(pile, piles.covering(hidden.size, rng), float(x), float(y)))

@@ -3,12 +3,13 @@
 A state is dear (a pile to settle, an image to render) and a motion from it is cheap, so trying dozens of grasps and
 pushes from one costs little more than a few, and tells the critic which of them tell apart. Half of the motions are
 drawn at random, half are what the models think best, which is where they must be right. Greedy grasps follow each push:
-what a push is worth is how well the target can be grasped after it. While the target is hidden there are only pushes,
-and more of them.
+what a push is worth is how well the target can be grasped after it. Pushes are tried where they are needed: many while
+the target is hidden or none of its best grasps takes it, hardly any where one does.
 """
 
 import time
 from dataclasses import dataclass, field, replace
+from enum import Enum
 from importlib.metadata import version
 
 import numpy as np
@@ -36,14 +37,24 @@ from grasping_invisible.training.experience_log import ExperienceLog, SpokenRobo
 
 STYLES: dict[Style, float] = {"packed": 0.3, "stacked": 0.15, "scattered": 0.1, "covered": 0.45}
 GREY = (2, 8)  # blocks in a scene, at least and at most
-GREY_COVERED = (5, 16)
+GREY_COVERED = (5, 18)
 TARGETS = (3, 6)  # candidates, at least and at most
 TARGETS_COVERED = (1, 3)
-STATES = 4  # of a scene that are branched from, each after a push from the one before
-GRASPS, PUSHES = 8, 4  # from a state, half of them at random
-SEARCHING_PUSHES = 10  # from a state in which the target is hidden
+STATES = 5  # of a scene that are branched from, each after a push from the one before
+GRASPS = 8  # from a state, half of them at random
 GRASPS_AFTER = 2  # after a push, the best ones
-TARGETS_TRIED = 2  # in a state: grasps for each, pushes for the first
+TARGETS_TRIED = 2  # in a state
+
+
+class Standing(Enum):
+    """How a target stands in a state, by what its best grasps did there."""
+
+    HIDDEN = "hidden"
+    STUCK = "in view, and none of its best grasps takes it"
+    FREE = "one of its best grasps takes it"
+
+
+PUSHES = {Standing.HIDDEN: 10, Standing.STUCK: 10, Standing.FREE: 1}  # half of them at random, and the first
 
 
 @dataclass
@@ -148,20 +159,21 @@ class _Session:
     def branch_from_here(self, rng: np.random.Generator) -> list[int]:
         """Try grasps and pushes from the state that the world is in; the states that pushes led to.
 
-        While the target is hidden, only those in which it still is, if there are any: a search goes on.
+        Only those in which a target is still to be freed or found, if there are any.
         """
         here = self._robot.save()
         frame = self._spoken.observe()
-        targets = self._targets(rng)
-        reached: list[int] = []
-        for target in targets:
+        led_to: list[tuple[Standing, int]] = []
+        for target in self._targets(rng):
             perception = perceive(frame, self._chooser, target, self._robot.workspace)
-            if perception.target_seen:
-                self._try_grasps(perception, frame, target, here, random=GRASPS // 2, greedy=GRASPS // 2)
-            if target == targets[0]:
-                reached = self._try_pushes(perception, frame, target, here)
+            standing = self._try_grasps(perception, frame, target, here, GRASPS // 2, GRASPS - GRASPS // 2)
+            led_to += self._try_pushes(perception, frame, target, here, PUSHES[standing])
         self._robot.forget(here)
-        return reached
+        unsolved = [state for standing, state in led_to if standing is not Standing.FREE]
+        going_on = unsolved or [state for _, state in led_to]
+        for state in {state for _, state in led_to} - {*going_on}:
+            self._robot.forget(state)
+        return going_on
 
     def _targets(self, rng: np.random.Generator) -> list[str]:
         """Visible candidates in the workspace; the scene's target first, which is looked for where it is hidden."""
@@ -179,30 +191,32 @@ class _Session:
 
     def _try_grasps(
         self, perception: Perception, frame: RgbdFrame, target: str, state: int, random: int, greedy: int
-    ) -> None:
+    ) -> Standing:
+        if not perception.target_seen:
+            return Standing.HIDDEN
         tried: list[FruitlessAction] = []
+        taken = self._counts.grasped
         for index in range(random + greedy):
+            if index == random:  # from here on the best ones
+                taken = self._counts.grasped
             self._chooser.kind, self._chooser.greedy = gi.GRASP, index >= random
             self._attempt(perception, frame, target, tried)
             self._robot.restore(state)
+        return Standing.FREE if self._counts.grasped > taken else Standing.STUCK
 
-    def _try_pushes(self, perception: Perception, frame: RgbdFrame, target: str, state: int) -> list[int]:
-        led_to: dict[bool, list[int]] = {True: [], False: []}  # by whether the target is seen there
+    def _try_pushes(
+        self, perception: Perception, frame: RgbdFrame, target: str, state: int, pushes: int
+    ) -> list[tuple[Standing, int]]:
+        led_to: list[tuple[Standing, int]] = []
         tried: list[FruitlessAction] = []
-        pushes = PUSHES if perception.target_seen else SEARCHING_PUSHES
         for index in range(pushes):
-            self._chooser.kind, self._chooser.greedy = gi.PUSH, index >= pushes // 2
+            self._chooser.kind, self._chooser.greedy = gi.PUSH, index > pushes // 2
             after = self._attempt(perception, frame, target, tried)
             if after is not None:
                 reached = self._robot.save()
-                if after[0].target_seen:
-                    self._try_grasps(*after, target, reached, random=0, greedy=GRASPS_AFTER)
-                led_to[after[0].target_seen].append(reached)
+                led_to.append((self._try_grasps(*after, target, reached, random=0, greedy=GRASPS_AFTER), reached))
             self._robot.restore(state)
-        going_on = led_to[perception.target_seen] or led_to[not perception.target_seen]
-        for reached in {*led_to[True], *led_to[False]} - {*going_on}:
-            self._robot.forget(reached)
-        return going_on
+        return led_to
 
     def _attempt(
         self, before: Perception, frame: RgbdFrame, target: str, tried: list[FruitlessAction]

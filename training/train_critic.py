@@ -69,9 +69,9 @@ class CriticTraining:
     design: CriticDesign = field(default_factory=CriticDesign)
     imagenet: Path | None = None
     begin: Path | None = None
-    steps: int = 2000
+    steps: int = 3000
     rounds: int = 3
-    batch: int = 32
+    batch: int = 48
     learning_rate: float = 2e-3
     seed: int = 0
 

@@ -44,7 +44,7 @@ def test_fingers_need_room_on_two_opposite_sides(blocks, free):
 
 def test_neighbours_below_the_fingertips_do_not_count():
     maps, mask = table(TARGET, *SIDES)
-    maps.height[~mask & (maps.height > 0)] = 0.015
+    maps.height[~mask & (maps.height > 0)] = 0.010
     assert has_free_sides(maps, mask)
 
 
