@@ -16,7 +16,7 @@ from grasping_invisible.training.command import run_command
 from grasping_invisible.training.critic_design import NETWORKS, CriticDesign
 from grasping_invisible.training.experience import read_experience
 from grasping_invisible.training.train_classifier import ClassifierTraining, train_classifier
-from grasping_invisible.training.train_critic import PAPER, REWARDS, CriticTraining, train_critic
+from grasping_invisible.training.train_critic import REWARDS, CriticTraining, train_critic
 from grasping_invisible.training.train_segmenter import SegmenterTraining, train_segmenter
 
 Command = Callable[[argparse.Namespace, Console], Checkpoint]
@@ -71,7 +71,9 @@ def _add_critic(parser: argparse.ArgumentParser) -> None:
     _add_dataset(parser)
     parser.add_argument("--batch", type=int, default=defaults.batch, help="transitions in a step")
     parser.add_argument("--rounds", type=int, default=defaults.rounds, help="times that next states are valued")
-    parser.add_argument("--rewards", choices=REWARDS, default=defaults.rewards, help="what motions are worth")
+    parser.add_argument(
+        "--rewards", choices=REWARDS, help="what motions are worth (default: as in --begin, otherwise success)"
+    )
     parser.add_argument("--network", choices=NETWORKS, default=defaults.design.network, help="densenet: the paper's")
     parser.add_argument("--inputs", choices=CRITIC_INPUTS, default=defaults.design.inputs, help="what it sees")
     parser.add_argument("--agnostic", action="store_true", help="learn of any object, as VPG does, and not of a target")
@@ -91,7 +93,7 @@ def _add_critic(parser: argparse.ArgumentParser) -> None:
 def _critic(options: argparse.Namespace, console: Console) -> Checkpoint:
     settings = CriticTraining(
         checkpoint=options.out / "critic.pt",
-        rewards=PAPER if options.agnostic else options.rewards,
+        rewards=options.rewards,
         design=CriticDesign(options.network, options.inputs),
         imagenet=options.imagenet,
         begin=options.begin and options.begin / "critic.pt",

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +24,6 @@ from grasping_invisible.training.critic_values import best_values, q_maps
 from grasping_invisible.training.device import training_device
 from grasping_invisible.training.experience import Experience
 from grasping_invisible.training.fingerprint import data_fingerprint, weights_fingerprint
-from grasping_invisible.training.packed_maps import PackedMaps
 from grasping_invisible.training.session import Session
 from grasping_invisible.training.source import source_commit
 from grasping_invisible.training.transitions import Transition
@@ -98,19 +98,19 @@ def examples_of(transitions: Sequence[Transition], critic: CriticNet, most: int,
     """
     grasps = [item for item in transitions if item.aimed and not item.hindsight][-most:]
     features, grasped = [], []
-    asked: tuple[PackedMaps, int] | None = None
     with bar("asking the critic", len(grasps), console) as advance:
-        for item in grasps:
-            if asked != (item.seen, item.goal):  # many grasps may have been tried from one state
-                asked = item.seen, item.goal
-                before, mask = item.before()
-                q = q_maps(critic, before, mask)
-                push, _ = best_values(q, before, mask)
-                border = target_border(before.height, mask, before.workspace.resolution)
-            grasp = float(q.grasp[item.rotation, item.row, item.column])
-            features.append(classifier_features(push, grasp, border, item.consecutive_grasp_failures))
-            grasped.append(item.success)
-            advance()
+        # Many grasps may have been tried from one state.
+        for _, tried in groupby(grasps, key=lambda item: (id(item.seen), item.goal)):
+            alike = list(tried)
+            before, mask = alike[0].before()
+            q = q_maps(critic, before, mask)
+            push, _ = best_values(q, before, mask)
+            border = target_border(before.height, mask, before.workspace.resolution)
+            for item in alike:
+                grasp = float(q.grasp[item.rotation, item.row, item.column])
+                features.append(classifier_features(push, grasp, border, item.consecutive_grasp_failures))
+                grasped.append(item.success)
+                advance()
     return Examples(np.array(features, np.float32).reshape(-1, 5), np.array(grasped, np.bool_))
 
 

@@ -58,14 +58,14 @@ REWARDS = (SUCCESS, PAPER)
 class CriticTraining:
     """How to train. `rounds`: the values of next states are computed anew at the start of each but the first.
 
-    `rewards`: one of `REWARDS`. In the first round next states count nothing: the critic learns what motions do before
-    what they lead to. `imagenet`: weights that a DenseNet's trunk begins with, see `imagenet_weights`. `begin`: a
-    critic's checkpoint to go on from, of the same design; it knows what motions do, so its next states count from the
-    first round on.
+    `rewards`: one of `REWARDS`; None: those that `begin` was taught by, otherwise `SUCCESS`. In the first round next
+    states count nothing: the critic learns what motions do before what they lead to. `imagenet`: weights that a
+    DenseNet's trunk begins with, see `imagenet_weights`. `begin`: a critic's checkpoint to go on from, of the same
+    design; it knows what motions do, so its next states count from the first round on.
     """
 
     checkpoint: Path
-    rewards: str = SUCCESS
+    rewards: str | None = None
     design: CriticDesign = field(default_factory=CriticDesign)
     imagenet: Path | None = None
     begin: Path | None = None
@@ -78,13 +78,14 @@ class CriticTraining:
 
 def train_critic(settings: CriticTraining, experience: Experience, console: Console) -> Checkpoint:
     """Train by prioritised replay, score on held-out runs; resumes. Raises `BadInput`."""
-    taught, held_out = (_taught_by(settings.rewards, part) for part in (experience.taught, experience.held_out))
-    middle = middle_of(settings.rewards, experience.agnostic)
+    rewards = _rewards(settings, experience)
+    taught, held_out = (_taught_by(rewards, part) for part in (experience.taught, experience.held_out))
+    middle = middle_of(rewards, experience.agnostic)
     torch.manual_seed(settings.seed)
     net, design = _untrained(settings)
     optimizer = torch.optim.AdamW(net.parameters(), settings.learning_rate, weight_decay=1e-4)
-    replay = Replay(taught, settings.rewards)
-    watched = Replay(held_out[:: math.ceil(len(held_out) / WATCHED)], settings.rewards)
+    replay = Replay(taught, rewards)
+    watched = Replay(held_out[:: math.ceil(len(held_out) / WATCHED)], rewards)
     session = Session(
         "critic",
         settings.checkpoint,
@@ -92,9 +93,7 @@ def train_critic(settings: CriticTraining, experience: Experience, console: Cons
         optimizer,
         settings.learning_rate,
         settings.steps,
-        data_fingerprint(
-            {**dict.fromkeys(experience.datasets, 1), settings.rewards: 1, "any object": int(experience.agnostic)}
-        ),
+        data_fingerprint({**dict.fromkeys(experience.datasets, 1), rewards: 1, "any object": int(experience.agnostic)}),
         {"targets": replay.targets, "errors": replay.errors, "watched_targets": watched.targets},
         design,
     )
@@ -106,13 +105,13 @@ def train_critic(settings: CriticTraining, experience: Experience, console: Cons
         if session.step < end:
             net.train()
             session.run(
-                lambda step: _losses(net, replay, settings, step),
+                lambda step: _losses(net, replay, settings, rewards, step),
                 console,
                 end,
                 lambda: _watched_scores(net, watched, middle),
             )
 
-    last = Replay(held_out, settings.rewards)
+    last = Replay(held_out, rewards)
     last.value_next_states(net, settings.seed, console)
     scores = score_critic(net.eval(), held_out, last.targets.numpy(), middle)
     return session.finish(
@@ -123,7 +122,7 @@ def train_critic(settings: CriticTraining, experience: Experience, console: Cons
             "held_out_transitions": len(held_out),
             **experience.origin,
             "discount": DISCOUNT,
-            "rewards": settings.rewards,
+            "rewards": rewards,
             "steps": settings.steps,
             "batch": settings.batch,
             "seed": settings.seed,
@@ -195,6 +194,19 @@ def state_value(net: CriticNet, maps: Heightmaps, goal: int, rotations: Sequence
     return push if goal == HIDDEN else max(push, grasp)
 
 
+def _rewards(settings: CriticTraining, experience: Experience) -> str:
+    """What motions are worth. Raises `BadInput` where that would change in the middle of a critic's life."""
+    if experience.agnostic:
+        return PAPER
+    if settings.begin is None:
+        return settings.rewards or SUCCESS
+    # Those of before there was a choice do not say.
+    before = str(load_checkpoint(settings.begin, "critic").trained_on.get("rewards", PAPER))
+    if settings.rewards not in (None, before):
+        raise BadInput(f"{settings.begin} was taught by the rewards {before}, not {settings.rewards}")
+    return before
+
+
 def _taught_by(rewards: str, transitions: Sequence[Transition]) -> list[Transition]:
     """The paper's rewards say nothing of what is hidden."""
     return [transition for transition in transitions if rewards == SUCCESS or transition.goal != HIDDEN]
@@ -220,7 +232,9 @@ def _watched_scores(net: CriticNet, watched: Replay, middle: float) -> dict[str,
     return {name: scores[name] for name in WATCHED_SCORES if name in scores}
 
 
-def _losses(net: CriticNet, replay: Replay, settings: CriticTraining, step: int) -> dict[str, torch.Tensor]:
+def _losses(
+    net: CriticNet, replay: Replay, settings: CriticTraining, rewards: str, step: int
+) -> dict[str, torch.Tensor]:
     """Loss of the temporal difference through executed cells only, and its mean size.
 
     With the paper's rewards Huber's, as there (section VI-A). Where the target is a probability, discounted, it is the
@@ -234,6 +248,6 @@ def _losses(net: CriticNet, replay: Replay, settings: CriticTraining, step: int)
     targets = replay.targets[indices].to(net.device)
     errors = (values - targets).detach().abs()
     replay.errors[indices] = errors.cpu()
-    of = functional.huber_loss if settings.rewards == PAPER else functional.binary_cross_entropy
+    of = functional.huber_loss if rewards == PAPER else functional.binary_cross_entropy
     loss = of(values, targets, reduction="none")
     return {"loss": (weights.to(net.device) * loss).mean(), "td_error": errors.mean()}

@@ -82,6 +82,15 @@ def test_training_goes_on_from_a_checkpoint(experience: Experience, tmp_path: Pa
     assert checkpoint.design["begun_with_sha256"] == file_sha256(shipped)
 
 
+def test_training_goes_on_by_the_same_rewards(experience: Experience, tmp_path: Path) -> None:
+    first = CriticTraining(tmp_path / "first.pt", PAPER, steps=1, rounds=1, batch=2)
+    train_critic(first, experience, QUIET)
+    more = replace(first, checkpoint=tmp_path / "more.pt", begin=first.checkpoint, rewards=None)
+    assert train_critic(more, experience, QUIET).trained_on["rewards"] == PAPER
+    with pytest.raises(BadInput, match=r"first\.pt was taught by the rewards paper, not success"):
+        train_critic(replace(more, checkpoint=tmp_path / "other.pt", rewards=SUCCESS), experience, QUIET)
+
+
 def test_training_goes_on_only_with_the_same_design(experience: Experience, tmp_path: Path) -> None:
     blind = CriticDesign(inputs="depth+mask")
     begin = checkpoint_folder(SHIPPED) / "critic.pt"
