@@ -20,16 +20,18 @@ def score_critic(
     """Scores of a network in evaluation mode; what the transitions have no example of is left out.
 
     `targets`: (T,), reward plus discounted value of the next state. `td_error`: mean absolute difference to them.
-    `grasp_auc`, `push_auc`: how well the Q value tells successful from failed grasps aimed at the goal, and pushes
-    that freed its border from others; `reveal_auc`: pushes of a search that brought something to light from others.
+    `grasp_auc`: how well the Q value tells successful from failed grasps aimed at the goal. `push_auc`: the same of
+    pushes after which a grasp took the goal and of those after which all that were tried failed. `reveal_auc`: of
+    pushes of a search that brought something to light and others.
     `grasp_accuracy`: with grasps called successful above `middle`.
     """
     values = predicted(net, transitions)
     search = np.array([transition.goal == HIDDEN for transition in transitions], np.bool_)
-    push = np.array([transition.kind == gi.PUSH for transition in transitions], np.bool_) & ~search
     aimed = np.array([transition.aimed for transition in transitions], np.bool_)
     success = np.array([transition.success for transition in transitions], np.bool_)
-    freed = np.array([transition.did_its_part for transition in transitions], np.bool_)
+    led_to = _led_to_success(transitions)
+    push = np.array([index in led_to for index in range(len(transitions))], np.bool_)
+    freed = np.array([led_to.get(index, False) for index in range(len(transitions))], np.bool_)
     scores = {
         "td_error": float(np.abs(values - targets).mean()),
         "grasp_auc": auc(values[aimed], success[aimed]),
@@ -41,6 +43,20 @@ def score_critic(
         "held_out_searches": float(search.sum()),
     }
     return {name: value for name, value in scores.items() if np.isfinite(value)}
+
+
+def _led_to_success(transitions: Sequence[Transition]) -> dict[int, bool]:
+    """Of each push after which the goal was to be grasped: its index, and whether any such grasp took it."""
+    taken: dict[tuple[int, int], bool] = {}
+    for transition in transitions:
+        if transition.aimed:
+            state = id(transition.seen), transition.goal
+            taken[state] = taken.get(state, False) or transition.success
+    return {
+        index: taken[id(transition.then), transition.goal]
+        for index, transition in enumerate(transitions)
+        if transition.kind == gi.PUSH and (id(transition.then), transition.goal) in taken
+    }
 
 
 def predicted(net: CriticNet, transitions: Sequence[Transition]) -> NDArray[np.float32]:

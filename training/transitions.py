@@ -58,11 +58,6 @@ class Transition:
         """
         return self.then is not None and (self.kind == gi.PUSH or self.goal == ANY_OBJECT)
 
-    @property
-    def did_its_part(self) -> bool:
-        """Whether a push freed its goal, or changed the scene where any object counts."""
-        return self.reward >= (SCENE_CHANGED if self.goal == ANY_OBJECT else PUSH_FREED)
-
     def before(self) -> tuple[Heightmaps, NDArray[np.bool_]]:
         """The state before the action, and the goal's mask in it, (N, N)."""
         maps = self.seen.unpack()

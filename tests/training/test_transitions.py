@@ -71,7 +71,6 @@ def test_any_object_that_is_held_or_moved_counts(row, reward, success):
     (transition,) = TransitionReader().of_any_object(row)
     assert (transition.goal, transition.reward, transition.success) == (ANY_OBJECT, reward, success)
     assert transition.looks_ahead == (reward > 0)
-    assert transition.did_its_part == (reward > 0)
     assert transition.aimed == (transition.kind == gi.GRASP)
     _, mask = transition.before()
     assert mask.all()
