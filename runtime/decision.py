@@ -3,6 +3,7 @@
 Pure: the same inputs give an equal `Decision`, which is what makes a log replayable.
 """
 
+import math
 from dataclasses import dataclass, field
 
 from grasping_invisible.data.action_grid import ACTION_CELLS, PUSH_LENGTH, rotation_angle
@@ -17,6 +18,7 @@ from grasping_invisible.runtime.memory import Memory
 from grasping_invisible.runtime.methods import COORDINATION, EXPLORATION
 from grasping_invisible.runtime.motion import cell_position, ends_inside, grasp_height
 from grasping_invisible.runtime.perception import Perception, perceive
+from grasping_invisible.runtime.preshape import FULLY_OPEN, preshape
 from grasping_invisible.runtime.situation import Models, Proposal, Situation, situation_of
 from grasping_invisible.runtime.workspace import Workspace
 
@@ -87,10 +89,14 @@ def deliberate(
 def _decision(situation: Situation, proposal: Proposal, policy: str, method: str, seed: int) -> Decision:
     maps, choice = situation.maps, proposal.choice
     x, y = cell_position(choice.row, choice.column, maps.workspace)
+    yaw = float(rotation_angle(choice.rotation))
     if proposal.kind == gi.GRASP:
         height = grasp_height(maps, choice.row, choice.column)
+        fingers = preshape(situation.perception.mask, maps.workspace, (x, y), yaw)
+        x, y = x + fingers.shift * math.cos(yaw), y + fingers.shift * math.sin(yaw)
     else:
         height = float(situation.heights[choice.rotation, choice.row, choice.column])
+        fingers = FULLY_OPEN
     return Decision(
         frame_stamp_ns=maps.stamp_ns,
         step=situation.memory.step,
@@ -101,7 +107,8 @@ def _decision(situation: Situation, proposal: Proposal, policy: str, method: str
         row=choice.row,
         column=choice.column,
         position=(x, y, maps.workspace.center[2] + height),
-        yaw=float(rotation_angle(choice.rotation)),
+        yaw=yaw,
+        opening=fingers.opening,
         value=choice.value,
         q_push=proposal.q_push,
         q_grasp=proposal.q_grasp,

@@ -17,8 +17,9 @@ COORDINATOR = "coordinator"
 class Decision:
     """A chosen motion and why; the fields of `gi.Decision` but for what is measured.
 
-    `position`: commanded TCP position, metres, base frame; `yaw`: radians. `row`, `column`: of the action
-    grid. `grasp_probability`: None where the classifier was not asked.
+    `position`: commanded TCP position, metres, base frame; `yaw`: radians. `opening`: of a grasp, metres between the
+    finger pads, 0 for as far as the hand opens. `row`, `column`: of the action grid. `grasp_probability`: None where
+    the classifier was not asked.
     """
 
     frame_stamp_ns: int
@@ -31,6 +32,7 @@ class Decision:
     column: int
     position: tuple[float, float, float]
     yaw: float
+    opening: float
     value: float
     q_push: float
     q_grasp: float
@@ -52,6 +54,7 @@ class Decision:
             position=gi.Point(x=x, y=y, z=z),
             yaw=self.yaw,
             length=PUSH_LENGTH if self.kind == gi.PUSH else 0.0,
+            opening=self.opening,
         )
 
     def message(self, stamp_ns: int, stage_ms: dict[str, float]) -> gi.Decision:
@@ -69,6 +72,7 @@ class Decision:
             column=self.column,
             position=gi.Point(x=x, y=y, z=z),
             yaw=self.yaw,
+            opening=self.opening,
             value=self.value,
             q_push=self.q_push,
             q_grasp=self.q_grasp,

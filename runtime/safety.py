@@ -8,18 +8,20 @@ import msgspec
 from grasping_invisible.data.action_grid import PUSH_LENGTH
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.errors import RobotError
+from grasping_invisible.runtime.preshape import MAX_OPENING
 from grasping_invisible.runtime.workspace import Workspace
 
 Metres = Annotated[float, msgspec.Meta(ge=0, le=1)]
 
 
 class SafetyLimits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Bounds on commanded TCP positions, metres, base frame."""
+    """Bounds on commanded motions, metres, base frame."""
 
     margin: Metres = 0.03  # how far outside the workspace a motion may start or end
     min_height: Metres = 0.01  # of the TCP above the table
     max_height: Metres = 0.25
     max_push_length: Metres = PUSH_LENGTH
+    max_opening: Metres = MAX_OPENING  # between the finger pads
 
 
 class UnsafeCommand(RobotError):
@@ -33,7 +35,8 @@ def check_command(command: gi.MotionCommand, limits: SafetyLimits, workspace: Wo
     if command.kind not in (gi.PUSH, gi.GRASP):
         raise UnsafeCommand(f"motion kind {command.kind} is none of PUSH, GRASP, PLACE, HOME")
     start = command.position
-    values = {"x": start.x, "y": start.y, "z": start.z, "yaw": command.yaw, "length": command.length}
+    values = {"x": start.x, "y": start.y, "z": start.z}
+    values |= {name: getattr(command, name) for name in ("yaw", "length", "opening")}
     for name, value in values.items():
         if not math.isfinite(value):
             raise UnsafeCommand(f"{name} is {value}, not a finite number")
@@ -42,6 +45,8 @@ def check_command(command: gi.MotionCommand, limits: SafetyLimits, workspace: Wo
     if not low <= height <= high:
         raise UnsafeCommand(f"height {height:.3f} m above the table is outside {low:.3f} to {high:.3f} m")
     _check_point("start" if command.kind == gi.PUSH else "grasp", start.x, start.y, limits, workspace)
+    if not 0.0 <= command.opening <= limits.max_opening + 1e-9:
+        raise UnsafeCommand(f"opening {command.opening:.3f} m is outside 0 to {limits.max_opening:.3f} m")
     if command.kind == gi.PUSH:
         if not 0.0 < command.length <= limits.max_push_length + 1e-9:
             raise UnsafeCommand(f"push length {command.length:.3f} m is outside 0 to {limits.max_push_length:.3f} m")

@@ -20,7 +20,7 @@ STYLES: tuple[Style, ...] = get_args(Style)
 ATTEMPTS = 40
 REACH = 0.19  # metres from the workspace's centre, along x and y, within which every object must come to rest
 SETTLE_SECONDS = 3.0
-COVERED_BLOCKS = 5  # grey blocks of the smallest pile that hides a target
+COVERED_BLOCKS = 5  # grey blocks, at most, that hide a target in a pile: walls and a roof
 HIDDEN_PIXELS = 40  # of the target in the camera image: fewer count as hidden
 COLUMN_STEP, LAYER_STEP = 0.125, 0.125  # metres between objects about to be dropped; no block is longer
 
@@ -123,10 +123,9 @@ def _covered(count: int, wanted: Kind | None, rng: np.random.Generator) -> list[
     for _ in range(number):
         low = [shape for shape in piles.SHAPES if shape not in ("cuboid", "plank", "arch")]
         hidden = piles.lay(wanted if wanted and not layouts else piles.block_kind(str(rng.choice(low))), rng)
-        walls = piles.surround(hidden, 4, hidden.size[2], rng)
+        walls = piles.surround(hidden, int(rng.integers(2, 5)), hidden.size[2], rng)
         pile = [hidden, *walls]
-        roof = piles.covering(hidden.size, rng)
-        pile.append(piles.on_top(pile, roof, *hidden.center[:2]))
+        pile += piles.roof(pile, hidden, 1 if len(walls) == 4 else int(rng.integers(1, 3)), rng)
         for _ in range(min(spare, int(rng.integers(4)))):  # and more on top of it
             spare -= 1
             x, y = rng.uniform(-0.02, 0.02, 2)

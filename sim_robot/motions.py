@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasping_invisible.sim_robot.kinematics import HOME_JOINTS, Kinematics, tool_down
-from grasping_invisible.sim_robot.panda import OPEN_WIDTH, Panda
+from grasping_invisible.sim_robot.panda import Panda
 from grasping_invisible.sim_robot.path import JointPath, Tool, Unreachable, line, stand_at, swing
 
 TRAVEL_HEIGHT = 0.25  # metres; above everything that lies in the workspace, with something in the gripper
@@ -68,14 +68,14 @@ class Primitives:
             return Report(True, travelled, f"blocked after {travelled * length * 100:.1f} cm of the push")
         return Report(False, 1.0, "pushed")
 
-    def grasp(self, position: tuple[float, float, float], yaw: float) -> Report:
-        """Descend with open fingers, close along `yaw`, lift, and come home with what was caught.
+    def grasp(self, position: tuple[float, float, float], yaw: float, opening: float) -> Report:
+        """Descend with the fingers `opening` metres apart, close along `yaw`, lift, and come home with what was caught.
 
         A descent that meets something stops there, backs off a little and closes all the same, as a guarded move does.
         """
 
         closing_yaw, (over, down) = self._either_way(yaw, lambda closing: self._descend_to(Tool(position, closing)))
-        self._approach(over, down, OPEN_WIDTH)
+        self._approach(over, down, opening)
         descent = self._panda.follow(down, guarded=True)
         if descent < 1.0:
             self._back_off(closing_yaw)

@@ -146,6 +146,18 @@ def covering(size: Vector, rng: np.random.Generator) -> Lying:
             return block
 
 
+def roof(pile: list[Lying], hidden: Lying, blocks: int, rng: np.random.Generator) -> list[Lying]:
+    """One block that covers `hidden`, or two alike, side by side, that meet above its middle."""
+    block = covering(hidden.size, rng)
+    x, y = hidden.center[:2]
+    if blocks == 1:
+        return [on_top(pile, block, x, y)]
+    across = int(block.size[0] > block.size[1])  # they lie along each other
+    apart = block.size[across] / 2 + LARGEST_GAP / 2
+    offsets = [(0.0, sign * apart) if across else (sign * apart, 0.0) for sign in (-1, 1)]
+    return [on_top(pile, block, x + dx, y + dy) for dx, dy in offsets]
+
+
 def footprint(block: Lying, x: float, y: float, yaw: float) -> Rectangle:
     """A block of a pile that stands at (x, y, yaw), seen from above, as OpenCV's rotated rectangle."""
     c, s = math.cos(yaw), math.sin(yaw)

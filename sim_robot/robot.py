@@ -20,7 +20,7 @@ from grasping_invisible.sim_robot.bin import add_bin
 from grasping_invisible.sim_robot.camera import DepthSensor, Render, default_camera, render
 from grasping_invisible.sim_robot.kinematics import Kinematics
 from grasping_invisible.sim_robot.motions import TRAVEL_HEIGHT, Primitives, Report
-from grasping_invisible.sim_robot.panda import PHYSICS_HZ, Panda
+from grasping_invisible.sim_robot.panda import OPEN_WIDTH, PHYSICS_HZ, Panda
 from grasping_invisible.sim_robot.path import Unreachable
 from grasping_invisible.sim_robot.scene import Scene
 from grasping_invisible.sim_robot.world import World
@@ -90,14 +90,16 @@ class SimRobot:
         if command.kind not in (gi.PUSH, gi.GRASP):
             return f"unknown motion kind {command.kind}; known: PUSH, GRASP, PLACE, HOME"
         p = command.position
-        if not np.isfinite([p.x, p.y, p.z, command.yaw, command.length]).all():
-            return "position, yaw and length must be finite numbers"
+        if not np.isfinite([p.x, p.y, p.z, command.yaw, command.length, command.opening]).all():
+            return "position, yaw, length and opening must be finite numbers"
         if not self.workspace.contains(p.x, p.y):
             return f"({p.x:.3f}, {p.y:.3f}) m is outside the workspace"
         if not LOWEST_TCP <= p.z <= TRAVEL_HEIGHT:
             return f"height {p.z:.3f} m is outside {LOWEST_TCP} to {TRAVEL_HEIGHT} m"
         if command.kind == gi.PUSH and not 0.0 < command.length <= PUSH_LENGTH + 1e-9:
             return f"push length {command.length:.3f} m is outside 0 to {PUSH_LENGTH} m"
+        if not 0.0 <= command.opening <= OPEN_WIDTH + 1e-9:
+            return f"opening {command.opening:.3f} m is outside 0 to {OPEN_WIDTH} m"
         if self.panda.holding:
             return "something is held; send PLACE first"
         return None
@@ -228,7 +230,7 @@ class SimRobot:
             case gi.PUSH:
                 return self._primitives.push(position, command.yaw, command.length)
             case gi.GRASP:
-                return self._primitives.grasp(position, command.yaw)
+                return self._primitives.grasp(position, command.yaw, command.opening or OPEN_WIDTH)
             case gi.PLACE:
                 return self._primitives.place()
             case _:

@@ -37,7 +37,7 @@ from grasping_invisible.training.experience_log import ExperienceLog, SpokenRobo
 
 STYLES: dict[Style, float] = {"packed": 0.3, "stacked": 0.15, "scattered": 0.1, "covered": 0.45}
 GREY = (2, 8)  # blocks in a scene, at least and at most
-GREY_COVERED = (5, 18)
+GREY_COVERED = (6, 21)
 TARGETS = (3, 6)  # candidates, at least and at most
 TARGETS_COVERED = (1, 3)
 STATES = 5  # of a scene that are branched from, each after a push from the one before

@@ -62,20 +62,22 @@ class Point(_message.Message):
     def __init__(self, x: _Optional[float] = ..., y: _Optional[float] = ..., z: _Optional[float] = ...) -> None: ...
 
 class MotionCommand(_message.Message):
-    __slots__ = ("id", "stamp", "kind", "position", "yaw", "length")
+    __slots__ = ("id", "stamp", "kind", "position", "yaw", "length", "opening")
     ID_FIELD_NUMBER: _ClassVar[int]
     STAMP_FIELD_NUMBER: _ClassVar[int]
     KIND_FIELD_NUMBER: _ClassVar[int]
     POSITION_FIELD_NUMBER: _ClassVar[int]
     YAW_FIELD_NUMBER: _ClassVar[int]
     LENGTH_FIELD_NUMBER: _ClassVar[int]
+    OPENING_FIELD_NUMBER: _ClassVar[int]
     id: int
     stamp: _timestamp_pb2.Timestamp
     kind: MotionKind
     position: Point
     yaw: float
     length: float
-    def __init__(self, id: _Optional[int] = ..., stamp: _Optional[_Union[datetime.datetime, _timestamp_pb2.Timestamp, _Mapping]] = ..., kind: _Optional[_Union[MotionKind, str]] = ..., position: _Optional[_Union[Point, _Mapping]] = ..., yaw: _Optional[float] = ..., length: _Optional[float] = ...) -> None: ...
+    opening: float
+    def __init__(self, id: _Optional[int] = ..., stamp: _Optional[_Union[datetime.datetime, _timestamp_pb2.Timestamp, _Mapping]] = ..., kind: _Optional[_Union[MotionKind, str]] = ..., position: _Optional[_Union[Point, _Mapping]] = ..., yaw: _Optional[float] = ..., length: _Optional[float] = ..., opening: _Optional[float] = ...) -> None: ...
 
 class CommandReply(_message.Message):
     __slots__ = ("command_id", "accepted", "reason")
@@ -302,7 +304,7 @@ class StageTime(_message.Message):
     def __init__(self, stage: _Optional[str] = ..., milliseconds: _Optional[float] = ...) -> None: ...
 
 class Decision(_message.Message):
-    __slots__ = ("stamp", "frame_stamp", "step", "policy", "method", "kind", "rotation", "row", "column", "position", "yaw", "value", "q_push", "q_grasp", "border_ratio", "border_norm", "grasp_probability", "target_pixels", "memory", "seed", "why", "stages")
+    __slots__ = ("stamp", "frame_stamp", "step", "policy", "method", "kind", "rotation", "row", "column", "position", "yaw", "value", "q_push", "q_grasp", "border_ratio", "border_norm", "grasp_probability", "target_pixels", "memory", "seed", "why", "stages", "opening")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     FRAME_STAMP_FIELD_NUMBER: _ClassVar[int]
     STEP_FIELD_NUMBER: _ClassVar[int]
@@ -325,6 +327,7 @@ class Decision(_message.Message):
     SEED_FIELD_NUMBER: _ClassVar[int]
     WHY_FIELD_NUMBER: _ClassVar[int]
     STAGES_FIELD_NUMBER: _ClassVar[int]
+    OPENING_FIELD_NUMBER: _ClassVar[int]
     stamp: _timestamp_pb2.Timestamp
     frame_stamp: _timestamp_pb2.Timestamp
     step: int
@@ -347,7 +350,8 @@ class Decision(_message.Message):
     seed: int
     why: str
     stages: _containers.RepeatedCompositeFieldContainer[StageTime]
-    def __init__(self, stamp: _Optional[_Union[datetime.datetime, _timestamp_pb2.Timestamp, _Mapping]] = ..., frame_stamp: _Optional[_Union[datetime.datetime, _timestamp_pb2.Timestamp, _Mapping]] = ..., step: _Optional[int] = ..., policy: _Optional[str] = ..., method: _Optional[str] = ..., kind: _Optional[_Union[MotionKind, str]] = ..., rotation: _Optional[int] = ..., row: _Optional[int] = ..., column: _Optional[int] = ..., position: _Optional[_Union[Point, _Mapping]] = ..., yaw: _Optional[float] = ..., value: _Optional[float] = ..., q_push: _Optional[float] = ..., q_grasp: _Optional[float] = ..., border_ratio: _Optional[float] = ..., border_norm: _Optional[float] = ..., grasp_probability: _Optional[float] = ..., target_pixels: _Optional[int] = ..., memory: _Optional[_Union[DecisionMemory, _Mapping]] = ..., seed: _Optional[int] = ..., why: _Optional[str] = ..., stages: _Optional[_Iterable[_Union[StageTime, _Mapping]]] = ...) -> None: ...
+    opening: float
+    def __init__(self, stamp: _Optional[_Union[datetime.datetime, _timestamp_pb2.Timestamp, _Mapping]] = ..., frame_stamp: _Optional[_Union[datetime.datetime, _timestamp_pb2.Timestamp, _Mapping]] = ..., step: _Optional[int] = ..., policy: _Optional[str] = ..., method: _Optional[str] = ..., kind: _Optional[_Union[MotionKind, str]] = ..., rotation: _Optional[int] = ..., row: _Optional[int] = ..., column: _Optional[int] = ..., position: _Optional[_Union[Point, _Mapping]] = ..., yaw: _Optional[float] = ..., value: _Optional[float] = ..., q_push: _Optional[float] = ..., q_grasp: _Optional[float] = ..., border_ratio: _Optional[float] = ..., border_norm: _Optional[float] = ..., grasp_probability: _Optional[float] = ..., target_pixels: _Optional[int] = ..., memory: _Optional[_Union[DecisionMemory, _Mapping]] = ..., seed: _Optional[int] = ..., why: _Optional[str] = ..., stages: _Optional[_Iterable[_Union[StageTime, _Mapping]]] = ..., opening: _Optional[float] = ...) -> None: ...
 
 class StepResult(_message.Message):
     __slots__ = ("stamp", "step", "command_id", "status", "scene_changed", "target_visible", "object_grasped", "target_grasped", "border_decrease", "detail")
