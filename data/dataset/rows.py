@@ -63,6 +63,7 @@ def _decision(decision: gi.Decision) -> dict[str, Any]:
         "y": decision.position.y,
         "z": decision.position.z,
         "yaw": decision.yaw,
+        "opening": decision.opening,
         "value": decision.value,
         "q_push": decision.q_push,
         "q_grasp": decision.q_grasp,

@@ -8,7 +8,7 @@ import pyarrow.parquet as pq
 
 from grasping_invisible.data.labels import RULES
 
-FORMAT = 2  # counts up when the columns, their meaning, the order of rows or the division into shards changes
+FORMAT = 3  # counts up when the columns, their meaning, the order of rows or the division into shards changes
 GROUP_ROWS = 64  # rows of a row group: some 8 MB
 IMAGES = tuple(f"{when}_{what}" for when in ("before", "after") for what in ("color", "height", "labels"))
 
@@ -50,6 +50,7 @@ SCHEMA = pa.schema(
         ("y", pa.float64()),
         ("z", pa.float64()),
         ("yaw", pa.float64()),
+        ("opening", pa.float64()),
         ("value", pa.float64()),
         ("q_push", pa.float64()),
         ("q_grasp", pa.float64()),

@@ -8,10 +8,12 @@ from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.critic import QMaps
 from grasping_invisible.runtime.decision import DecisionSettings, decide, deliberate
+from grasping_invisible.runtime.decision_record import Decision
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.frame import Camera, RgbdFrame
 from grasping_invisible.runtime.memory import FruitlessAction, Memory, memory_from_message
 from grasping_invisible.runtime.motion import cell_position
+from grasping_invisible.runtime.preshape import preshape
 from grasping_invisible.runtime.rotation import to_action_grid
 from grasping_invisible.runtime.safety import SafetyLimits, check_command
 from grasping_invisible.runtime.workspace import Workspace
@@ -151,15 +153,23 @@ def test_a_wild_patch_never_brings_a_command_above_the_limit(perceived, color):
         check_command(command, SafetyLimits(), Workspace())
 
 
+def cell_of(decision: Decision) -> tuple[float, float]:
+    return cell_position(decision.row, decision.column, Workspace())
+
+
 def test_the_command_is_the_decision(perceived):
     decision = deliberate(perceived(TARGET), Memory(), PlainModels(0.8), SETTINGS, 0).decision
     command = decision.command(command_id=5, stamp_ns=1_500_000_000)
     assert (command.id, command.kind, command.length) == (5, gi.GRASP, 0.0)
     assert (command.position.x, command.position.y, command.position.z) == decision.position
-    assert command.position.x == cell_position(decision.row, decision.column, Workspace())[0]
     assert command.yaw == decision.yaw
+    fingers = preshape(perceived(TARGET).mask, Workspace(), cell_of(decision), decision.yaw)
+    assert (command.opening, decision.message(0, {}).opening) == (fingers.opening, fingers.opening)
+    assert math.dist(decision.position[:2], cell_of(decision)) == pytest.approx(abs(fingers.shift)) != 0.0
     push = deliberate(perceived(GREY), Memory(), PlainModels(0.8), SETTINGS, 0).decision
     assert push.command(6, 0).length == pytest.approx(0.1)
+    assert push.command(6, 0).opening == 0.0
+    assert push.position[:2] == cell_of(push)
 
 
 def test_the_message_holds_all_of_it(perceived):

@@ -27,6 +27,7 @@ def decision(kind: gi.MotionKind, x: float = 0.5, y: float = 0.0, policy: str = 
         column=column,
         position=(x, y, 0.02),
         yaw=0.0,
+        opening=0.0,
         value=0.5,
         q_push=0.5,
         q_grasp=0.5,

@@ -17,13 +17,18 @@ def push(x: float = 0.5, y: float = 0.0, z: float = 0.05, yaw: float = 0.0, leng
     return gi.MotionCommand(id=1, kind=gi.PUSH, position=gi.Point(x=x, y=y, z=z), yaw=yaw, length=length)
 
 
+def grasp(opening: float) -> gi.MotionCommand:
+    return gi.MotionCommand(kind=gi.GRASP, position=gi.Point(x=0.4, y=0.1, z=0.02), opening=opening)
+
+
 def check(command: gi.MotionCommand) -> None:
     check_command(command, LIMITS, SPACE)
 
 
 def test_ordinary_motions_pass() -> None:
     check(push())
-    check(gi.MotionCommand(kind=gi.GRASP, position=gi.Point(x=0.4, y=0.1, z=0.02)))
+    check(grasp(opening=0.0))
+    check(grasp(opening=0.08))
     check(gi.MotionCommand(kind=gi.HOME))
     check(gi.MotionCommand(kind=gi.PLACE))
 
@@ -42,6 +47,9 @@ def test_ordinary_motions_pass() -> None:
         (push(length=0.2), "push length 0.200"),
         (push(length=-0.1), "push length"),
         (gi.MotionCommand(kind=gi.GRASP, position=gi.Point(x=9, y=0, z=0.05)), "grasp x"),
+        (grasp(opening=0.09), "opening 0.090 m is outside 0 to 0.080"),
+        (grasp(opening=-0.01), "opening -0.010"),
+        (grasp(opening=math.nan), "opening is nan"),
         (gi.MotionCommand(), "none of PUSH"),
     ],
 )

@@ -22,8 +22,9 @@ def block(shape="cube", color="red", x=0.0, y=0.0, z=0.026, yaw=0.0) -> SceneObj
     return SceneObject(shape=shape, color=color, position=(x, y, z), yaw=yaw)
 
 
-def command(kind, x=0.53, y=0.0, z=0.02, yaw=0.0, length=0.1, identity=1) -> gi.MotionCommand:
-    return gi.MotionCommand(id=identity, kind=kind, position=gi.Point(x=x, y=y, z=z), yaw=yaw, length=length)
+def command(kind, x=0.53, y=0.0, z=0.02, yaw=0.0, length=0.1, identity=1, opening=0.0) -> gi.MotionCommand:
+    position = gi.Point(x=x, y=y, z=z)
+    return gi.MotionCommand(id=identity, kind=kind, position=position, yaw=yaw, length=length, opening=opening)
 
 
 def position_of(robot: SimRobot, color: str) -> np.ndarray:
@@ -73,6 +74,12 @@ def test_fingers_landing_on_a_block_are_reported_as_blocked(make):
     assert not outcome.holding
     assert 0.5 < outcome.path_fraction < 1.0
     assert np.abs(position_of(robot, "red")[:2] - [0.53, 0.0]).max() < 0.01
+
+
+def test_fingers_that_fit_a_block_come_down_where_fully_open_ones_cannot(make):
+    neighbours = [block("cube", "grey", x=sign * 0.060) for sign in (-1, 1)]
+    assert not make(block(), *neighbours).execute(command(gi.GRASP)).holding
+    assert make(block(), *neighbours).execute(command(gi.GRASP, opening=0.062)).holding
 
 
 @pytest.mark.parametrize("yaw", [0.0, math.pi / 2, -3 * math.pi / 4])
