@@ -195,14 +195,18 @@ class _Session:
         if not perception.target_seen:
             return Standing.HIDDEN
         tried: list[FruitlessAction] = []
-        taken = self._counts.grasped
+        standing, failures = Standing.STUCK, 0
         for index in range(random + greedy):
-            if index == random:  # from here on the best ones
-                taken = self._counts.grasped
             self._chooser.kind, self._chooser.greedy = gi.GRASP, index >= random
-            self._attempt(perception, frame, target, tried)
+            before = self._counts.grasped
+            self._attempt(perception, frame, target, tried, failures)
             self._robot.restore(state)
-        return Standing.FREE if self._counts.grasped > taken else Standing.STUCK
+            taken = self._counts.grasped > before
+            if self._chooser.greedy:
+                # As on a robot whose best grasps failed one after the other.
+                failures = 0 if taken else failures + 1
+                standing = Standing.FREE if taken else standing
+        return standing
 
     def _try_pushes(
         self, perception: Perception, frame: RgbdFrame, target: str, state: int, pushes: int
@@ -219,11 +223,11 @@ class _Session:
         return led_to
 
     def _attempt(
-        self, before: Perception, frame: RgbdFrame, target: str, tried: list[FruitlessAction]
+        self, before: Perception, frame: RgbdFrame, target: str, tried: list[FruitlessAction], failures: int = 0
     ) -> tuple[Perception, RgbdFrame] | None:
         """Decide and act once; what was seen after a push, None after a grasp or where nothing was reached."""
         # What was tried from this state counts as fruitless, so that greedy motions are not all one.
-        memory = Memory(fruitless=tuple(tried) if self._chooser.greedy else ())
+        memory = Memory((), failures, fruitless=tuple(tried)) if self._chooser.greedy else Memory()
         facts, watcher = self._started(target)
         watcher.perceived(frame, before, 0)
         # A search at random is not led by the clutter prior alone: half of it starts wherever something can be pushed.

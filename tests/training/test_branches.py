@@ -66,3 +66,16 @@ def test_scenes_depend_on_their_number_alone():
 def test_branching_chooses_its_motions_by_itself(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     assert main(["--out", str(tmp_path), "--branch", "--epsilon", "0.5"]) == 2
     assert "--epsilon" in capsys.readouterr().err
+
+
+def test_the_best_grasps_know_how_many_failed_before_them(branched: tuple[SceneCounts, list[LoggedStep]]):
+    _, logged = branched
+    first = [step for step in logged if step.decision.frame_stamp == logged[0].decision.frame_stamp]
+    random, best = [], []
+    for index, step in enumerate(step for step in first if step.decision.kind == gi.GRASP):
+        (random if index < 2 else best).append(step)
+    failures = 0
+    assert all(step.decision.memory.consecutive_grasp_failures == 0 for step in random)
+    for step in best:
+        assert step.decision.memory.consecutive_grasp_failures == failures
+        failures = 0 if step.result and step.result.target_grasped else failures + 1

@@ -95,3 +95,22 @@ def test_the_classifier_gives_probabilities() -> None:
         probability = ClassifierGraph(ClassifierNet().eval())(torch.randn(7, 5))
     assert probability.shape == (7,)
     assert ((probability > 0) & (probability < 1)).all()
+
+
+def test_failures_that_no_example_had_say_nothing() -> None:
+    net = ClassifierNet()
+    optimizer = torch.optim.AdamW(net.parameters(), 3e-3)
+    for _ in range(50):
+        features = torch.rand(64, 5)
+        features[:, 4] = 0.0
+        grasped = (features[:, 1] > 0.5).float()
+        loss = torch.nn.functional.binary_cross_entropy_with_logits(net(features), grasped)
+        optimizer.zero_grad()
+        loss.backward()
+        optimizer.step()
+    asked = torch.rand(16, 5)
+    asked[:, 4] = 0.0
+    again = asked.clone()
+    again[:, 4] = 2.0
+    with torch.inference_mode():
+        torch.testing.assert_close(net.eval()(again), net(asked))
