@@ -13,7 +13,7 @@ from grasping_invisible.data.rewards import freed_cells
 from grasping_invisible.runtime.decision_record import EXPLORER, Decision
 from grasping_invisible.runtime.failures import REMEMBERED
 from grasping_invisible.runtime.heightmap import Heightmaps
-from grasping_invisible.runtime.memory import FRUITLESS_REMEMBERED, FruitlessAction, Memory
+from grasping_invisible.runtime.memory import FRUITLESS_REMEMBERED, PUSHES_REMEMBERED, FruitlessAction, Memory
 from grasping_invisible.runtime.perception import Perception
 
 HEIGHT_NOISE = 0.008  # metres; a cell that differs by more has changed
@@ -93,7 +93,8 @@ def remember(memory: Memory, decision: Decision, judgement: Judgement) -> Memory
 
     A failed push is an explorational one after which the target is still not seen. Grasp failures count up
     until the target is grasped or a push changes the scene, for then they tell nothing about the new one. An
-    action that changed nothing is not tried again until something changes.
+    action that changed nothing is not tried again until something changes, and a push not so soon after others: what
+    lay in its way it has moved.
     """
     x, y, _ = decision.position
     failed_pushes = memory.failed_pushes
@@ -105,12 +106,14 @@ def remember(memory: Memory, decision: Decision, judgement: Judgement) -> Memory
         failures = 0 if judgement.target_grasped else failures + 1
     elif judgement.scene_changed:
         failures = 0
-    fruitless = memory.fruitless
-    if judgement.scene_changed:
+    made = FruitlessAction(decision.kind, x, y, decision.yaw)
+    if not judgement.scene_changed:
+        fruitless = (*memory.fruitless, made)[-FRUITLESS_REMEMBERED:]
+    elif pushed:
+        earlier = (action for action in memory.fruitless if action.kind == gi.PUSH)
+        fruitless = (*earlier, made)[-PUSHES_REMEMBERED:]
+    else:
         fruitless = ()
-    elif not judgement.target_grasped:
-        tried = FruitlessAction(decision.kind, x, y, decision.yaw)
-        fruitless = (*fruitless, tried)[-FRUITLESS_REMEMBERED:]
     pushes = memory.consecutive_pushes + 1 if pushed else 0
     return Memory(failed_pushes, failures, memory.step + 1, fruitless, pushes)
 

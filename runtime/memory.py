@@ -12,13 +12,17 @@ from grasping_invisible.runtime.rotation import ANGLES, action_grid
 from grasping_invisible.runtime.workspace import Workspace
 
 FRUITLESS_REMEMBERED = 8
+PUSHES_REMEMBERED = 3  # of the fruitless, whatever they changed
 FRUITLESS_RADIUS = 0.015  # metres around a fruitless action in which it is not tried again
 FRUITLESS_TURN = 1.5 * 2 * math.pi / ROTATIONS  # radians: the same rotation and the ones beside it
 
 
 @dataclass(frozen=True)
 class FruitlessAction:
-    """An action after which the scene was as before. `kind`: gi.PUSH or gi.GRASP; metres, radians, base frame."""
+    """An action that would bring nothing new: after it the scene was as before, or it is a push that was just made.
+
+    `kind`: gi.PUSH or gi.GRASP; metres, radians, base frame.
+    """
 
     kind: gi.MotionKind
     x: float
@@ -32,8 +36,8 @@ class Memory:
 
     `failed_pushes`: where explorational pushes started that did not bring the target to light, (x, y) in the
     base frame, most recent last, at most three. `consecutive_grasp_failures`: c_g. `step`: 0-based within the
-    run. `fruitless`: actions since the scene last changed, most recent last. `consecutive_pushes`: pushes since the
-    last grasp.
+    run. `fruitless`: actions since the scene last changed, and the latest pushes, most recent last.
+    `consecutive_pushes`: pushes since the last grasp.
     """
 
     failed_pushes: tuple[tuple[float, float], ...] = ()

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.training.critic_batch import example, executed_values
 from grasping_invisible.training.critic_net import CriticNet
-from grasping_invisible.training.transitions import HIDDEN, Transition
+from grasping_invisible.training.transitions import HIDDEN, Transition, grasps_tried
 
 BATCH = 32
 
@@ -47,11 +47,7 @@ def score_critic(
 
 def _led_to_success(transitions: Sequence[Transition]) -> dict[int, bool]:
     """Of each push after which the goal was to be grasped: its index, and whether any such grasp took it."""
-    taken: dict[tuple[int, int], bool] = {}
-    for transition in transitions:
-        if transition.aimed:
-            state = id(transition.seen), transition.goal
-            taken[state] = taken.get(state, False) or transition.success
+    taken = grasps_tried(transitions)
     return {
         index: taken[id(transition.then), transition.goal]
         for index, transition in enumerate(transitions)

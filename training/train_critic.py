@@ -37,6 +37,7 @@ from grasping_invisible.training.transitions import (
     Transition,
     goal_cells,
     goal_mask,
+    grasps_tried,
 )
 
 DISCOUNT = 0.5
@@ -79,7 +80,7 @@ class CriticTraining:
 def train_critic(settings: CriticTraining, experience: Experience, console: Console) -> Checkpoint:
     """Train by prioritised replay, score on held-out runs; resumes. Raises `BadInput`."""
     rewards = _rewards(settings, experience)
-    taught, held_out = (_taught_by(rewards, part) for part in (experience.taught, experience.held_out))
+    taught, held_out = (taught_by(rewards, part) for part in (experience.taught, experience.held_out))
     middle = middle_of(rewards, experience.agnostic)
     torch.manual_seed(settings.seed)
     net, design = _untrained(settings)
@@ -132,10 +133,14 @@ def train_critic(settings: CriticTraining, experience: Experience, console: Cons
 
 
 class Replay:
-    """Transitions with what the critic should say of them and by how much it last was wrong."""
+    """Transitions with what the critic should say of them and by how much it last was wrong.
+
+    `taken`: `grasps_tried`, where success is what counts.
+    """
 
     def __init__(self, transitions: Sequence[Transition], rewards: str) -> None:
         self.transitions = transitions
+        self.taken = grasps_tried(transitions) if rewards == SUCCESS else {}
         self.earned = torch.tensor([earned(transition, rewards) for transition in transitions], dtype=torch.float32)
         self.targets = self.earned.clone()
         self.errors = torch.ones(len(transitions))  # unseen ones first
@@ -153,6 +158,9 @@ class Replay:
 
         The network as it is now stays the target network until the next call. A state without the goal in view counts
         nothing. Values lie within 0 and 1: no sequence of motions earns more.
+
+        What was tried goes before what the network believes, as the greatest of so many values is nearly always great:
+        a state in which a grasp took the goal is worth 1, one in which grasps were tried in vain the best push.
         """
         net.eval()
         rng = np.random.default_rng(seed)
@@ -164,7 +172,11 @@ class Replay:
                     key = id(then), transition.goal
                     if key not in values:
                         rotations = rng.permutation(ROTATIONS)[:ROTATIONS_VALUED].tolist()
-                        values[key] = min(max(state_value(net, then.unpack(), transition.goal, rotations), 0.0), 1.0)
+                        taken = self.taken.get(key)
+                        value = (
+                            1.0 if taken else state_value(net, then.unpack(), transition.goal, rotations, taken is None)
+                        )
+                        values[key] = min(max(value, 0.0), 1.0)
                     self.targets[index] = self.earned[index] + DISCOUNT * values[key]
                 advance()
 
@@ -183,15 +195,15 @@ def middle_of(rewards: str, agnostic: bool) -> float:
     return (GRASP_AIMED + GRASP_SUCCEEDED) / 2 if rewards == PAPER else 0.5
 
 
-def state_value(net: CriticNet, maps: Heightmaps, goal: int, rotations: Sequence[int]) -> float:
-    """The greatest Q value of what can be done for a goal in a state; 0 where it is not in view."""
+def state_value(net: CriticNet, maps: Heightmaps, goal: int, rotations: Sequence[int], grasps: bool = True) -> float:
+    """The greatest Q value of what can be done for a goal in a state, be it by `grasps`; 0 where it is not in view."""
     cells = goal_cells(maps, goal)
     if not cells.any():
         return 0.0
     everywhere = goal in (ANY_OBJECT, HIDDEN)
     q = (q_maps if everywhere else q_maps_near)(net, maps, goal_mask(maps, goal), rotations)
     push, grasp = best_values(q, maps, cells)
-    return push if goal == HIDDEN else max(push, grasp)
+    return max(push, grasp) if grasps and goal != HIDDEN else push
 
 
 def _rewards(settings: CriticTraining, experience: Experience) -> str:
@@ -207,9 +219,19 @@ def _rewards(settings: CriticTraining, experience: Experience) -> str:
     return before
 
 
-def _taught_by(rewards: str, transitions: Sequence[Transition]) -> list[Transition]:
-    """The paper's rewards say nothing of what is hidden."""
-    return [transition for transition in transitions if rewards == SUCCESS or transition.goal != HIDDEN]
+def taught_by(rewards: str, transitions: Sequence[Transition]) -> list[Transition]:
+    """The paper's rewards say nothing of what is hidden; success alone nothing of a push for what was not tried after.
+
+    A push past another colour earns nothing itself, and whether it helped is known only where that one was grasped for.
+    """
+    if rewards == PAPER:
+        return [transition for transition in transitions if transition.goal != HIDDEN]
+    tried = grasps_tried(transitions)
+    return [
+        transition
+        for transition in transitions
+        if not (transition.hindsight and transition.looks_ahead and (id(transition.then), transition.goal) not in tried)
+    ]
 
 
 def _untrained(settings: CriticTraining) -> tuple[CriticNet, dict[str, str]]:

@@ -1,7 +1,7 @@
 """What the critic learns from: state, executed action, reward, next state, for a goal."""
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -72,6 +72,16 @@ def goal_mask(maps: Heightmaps, goal: int) -> NDArray[np.bool_]:
 def goal_cells(maps: Heightmaps, goal: int) -> NDArray[np.bool_]:
     """Where a goal is, (N, N); any object, and what is hidden, is where something stands."""
     return maps.height > GROUND_HEIGHT if goal in (ANY_OBJECT, HIDDEN) else maps.labels == goal
+
+
+def grasps_tried(transitions: Sequence[Transition]) -> dict[tuple[int, int], bool]:
+    """Of states and goals, (id of the state, goal), for which grasps were tried: whether one of them took the goal."""
+    taken: dict[tuple[int, int], bool] = {}
+    for transition in transitions:
+        if transition.aimed:
+            key = id(transition.seen), transition.goal
+            taken[key] = taken.get(key, False) or transition.success
+    return taken
 
 
 class TransitionReader:

@@ -137,4 +137,10 @@ class TestMemory:
             memory = remember(memory, decision(gi.PUSH), unchanged)
         assert len(memory.fruitless) == 8
         assert (memory.fruitless[-1].x, memory.fruitless[-1].kind) == (0.5, gi.PUSH)
-        assert remember(memory, decision(gi.PUSH), changed).fruitless == ()
+        assert remember(memory, decision(gi.GRASP), changed).fruitless == ()
+
+    def test_a_push_is_not_repeated_before_some_others(self, unchanged, changed):
+        memory = remember(Memory(), decision(gi.GRASP), unchanged)
+        for x in (0.41, 0.42, 0.43, 0.44):
+            memory = remember(memory, decision(gi.PUSH, x), changed)
+        assert [(action.kind, action.x) for action in memory.fruitless] == [(gi.PUSH, x) for x in (0.42, 0.43, 0.44)]

@@ -27,7 +27,7 @@ from grasping_invisible.training.train_classifier import (
     score_classifier,
     train_classifier,
 )
-from grasping_invisible.training.train_critic import PAPER, SUCCESS, CriticTraining, Replay, train_critic
+from grasping_invisible.training.train_critic import PAPER, SUCCESS, CriticTraining, Replay, taught_by, train_critic
 from grasping_invisible.training.transitions import HIDDEN, Transition
 
 QUIET = Console(quiet=True)
@@ -119,12 +119,33 @@ def critic_that_says(push: float, grasp: float) -> LightCritic:
 )
 def test_next_states_of_pushes_count_half(transitions: list[Transition], rewards: str, targets: list[float]) -> None:
     failed = next(item for item in transitions if not item.success)
-    push = replace(failed, kind=gi.PUSH, reward=0.25, then=failed.seen)
-    before, _ = push.before()
+    before, _ = failed.before()
+    push = replace(failed, kind=gi.PUSH, reward=0.25, then=PackedMaps.of(before), aimed=False)
     gone = replace(push, then=PackedMaps.of(replace(before, labels=np.zeros_like(before.labels))))
     some = Replay([failed, push, gone], rewards)
     some.value_next_states(critic_that_says(push=0.1, grasp=0.7), 0, QUIET)
     np.testing.assert_allclose(some.targets.numpy(), targets, atol=1e-6)
+
+
+def test_what_was_tried_after_a_push_goes_before_what_is_believed(transitions: list[Transition]) -> None:
+    grasp = next(item for item in transitions if not item.success)
+    push = replace(grasp, kind=gi.PUSH, reward=0.0, then=grasp.seen, aimed=False)
+    opinion = critic_that_says(push=0.2, grasp=0.7)
+    for tried, target in (([grasp], 0.5 * 0.2), ([grasp, replace(grasp, success=True)], 0.5)):
+        replay = Replay([push, *tried], SUCCESS)
+        replay.value_next_states(opinion, 0, QUIET)
+        assert replay.targets[0] == pytest.approx(target)
+    paper = Replay([push, grasp], PAPER)
+    paper.value_next_states(opinion, 0, QUIET)
+    assert paper.targets[0] == pytest.approx(0.5 * 0.7)
+
+
+def test_a_push_past_another_colour_teaches_only_where_that_one_was_grasped_for(experience: Experience) -> None:
+    grasp = next(item for item in experience.taught if not item.success)
+    push = replace(grasp, kind=gi.PUSH, then=grasp.seen, aimed=False, hindsight=True)
+    elsewhere = replace(push, then=PackedMaps.of(grasp.before()[0]))
+    for rewards, known in ((SUCCESS, [push, grasp]), (PAPER, [push, elsewhere, grasp])):
+        assert taught_by(rewards, [push, elsewhere, grasp]) == known
 
 
 def test_a_push_of_a_search_is_worth_how_soon_something_comes_to_light(transitions: list[Transition]) -> None:
