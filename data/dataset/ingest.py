@@ -48,7 +48,7 @@ def waiting_entry(waiting: Path, key: tuple[str, str]) -> LogEntry | None:
 
 
 def ingest(log: Path, sha256: str, waiting: Path) -> LogEntry:
-    """Put the rows of a log into `waiting`, row groups of one run each; raises `Unusable`.
+    """Put the rows of a log into `waiting`, run by run; raises `Unusable`.
 
     A damaged log is not taken in part: what was lost could be what a motion led to.
     """
@@ -82,7 +82,7 @@ def _shard(start: Any) -> str:
 
 
 class _RowFile:
-    """Rows on their way into a Parquet file, a row group for at most `GROUP_ROWS` of one run."""
+    """Rows on their way into a Parquet file, `GROUP_ROWS` to a row group, those of a run one behind the other."""
 
     def __init__(self, path: Path, key: tuple[str, str]) -> None:
         self._writer: pq.ParquetWriter = open_writer(path)
@@ -105,7 +105,6 @@ class _RowFile:
         if key != self._current:
             if key in self._runs:
                 return
-            self._flush()
             self._current = key
             self._runs[key] = RunEntry(*key, shard, 0)
         self._runs[key] = msgspec.structs.replace(self._runs[key], rows=self._runs[key].rows + 1)

@@ -1,6 +1,6 @@
 """One shard of a dataset, merged run by run from its predecessor and from rows that wait."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from pathlib import Path
 
 import msgspec
@@ -50,45 +50,38 @@ def _write_group(writer: pq.ParquetWriter, table: pa.Table) -> None:
 
 
 def _rows(plan: ShardPlan, dataset: Path, waiting: Path, logs: dict[tuple[str, str], LogEntry]) -> Iterator[pa.Table]:
-    old = _OldRows(dataset / plan.before.path, plan.before.runs) if plan.before is not None else None
+    old = None
+    if plan.before is not None:
+        old = _RunRows(dataset / plan.before.path, [(run, run.rows) for run in plan.before.runs])
+    waits: tuple[LogEntry, _RunRows] | None = None  # of the log read last: the runs of a log mostly follow each other
     for run in plan.runs:
-        if old is not None and old.has(run):
-            yield from old.rows_of(run)
-        else:
-            log = logs[run.log_sha256, run.corrections_sha256]
-            yield from _waiting_rows(waiting_path(waiting, log.key), log, run)
+        if old is not None and run in old:
+            yield from old.of(run, run.rows)
+            continue
+        log = logs[run.log_sha256, run.corrections_sha256]
+        if waits is None or waits[0] is not log:
+            waits = log, _RunRows(waiting_path(waiting, log.key), [(entry.key, entry.rows) for entry in log.runs])
+        yield from waits[1].of((run.run_id, run.started_ns), run.rows)
 
 
-def _waiting_rows(path: Path, log: LogEntry, wanted: ShardRun) -> Iterator[pa.Table]:
-    """The row groups of one run, which lie one behind the other."""
-    group = 0
-    with pq.ParquetFile(path) as file:
-        for run in log.runs:
-            groups = -(-run.rows // GROUP_ROWS)
-            if run.key == (wanted.run_id, wanted.started_ns):
-                for index in range(group, group + groups):
-                    yield file.read_row_group(index, use_threads=False).cast(SCHEMA)
-            group += groups
+class _RunRows:
+    """The rows of a Parquet file by run. `runs`: a key of each and how many rows it has, in their order in the file."""
 
-
-class _OldRows:
-    """The rows of a shard that is there, some of whose runs are wanted, in their order."""
-
-    def __init__(self, path: Path, runs: Sequence[ShardRun]) -> None:
+    def __init__(self, path: Path, runs: Sequence[tuple[Hashable, int]]) -> None:
         self._path = path
         self._group: tuple[int, pa.Table] | None = None  # the one read last: runs are shorter than row groups
-        self._starts: dict[ShardRun, int] = {}
+        self._starts: dict[Hashable, int] = {}
         start = 0
-        for run in runs:
-            self._starts[run] = start
-            start += run.rows
+        for key, rows in runs:
+            self._starts[key] = start
+            start += rows
 
-    def has(self, run: ShardRun) -> bool:
+    def __contains__(self, run: Hashable) -> bool:
         return run in self._starts
 
-    def rows_of(self, run: ShardRun) -> Iterator[pa.Table]:
+    def of(self, run: Hashable, rows: int) -> Iterator[pa.Table]:
         """The rows of one run, group by group."""
-        first, end = self._starts[run], self._starts[run] + run.rows
+        first, end = self._starts[run], self._starts[run] + rows
         for group in range(first // GROUP_ROWS, -(-end // GROUP_ROWS)):
             begins = group * GROUP_ROWS
             table = self._read(group)
