@@ -22,6 +22,7 @@ REACH = 0.19  # metres from the workspace's centre, along x and y, within which 
 SETTLE_SECONDS = 3.0
 COVERED_BLOCKS = 5  # grey blocks, at most, that hide a target in a pile: walls and a roof
 HIDDEN_PIXELS = 40  # of the target in the camera image: fewer count as hidden
+CRADLED = 0.25  # share of packed and covered piles whose first block is a cylinder in the tunnels of arches
 COLUMN_STEP, LAYER_STEP = 0.125, 0.125  # metres between objects about to be dropped; no block is longer
 
 
@@ -93,9 +94,13 @@ def _about_to_drop(colors: list[str], target: Kind | None, rng: np.random.Genera
 
 def _packed(count: int, wanted: Kind | None, rng: np.random.Generator) -> list[list[Lying]]:
     """One pile about the first block, and the rest by themselves."""
-    target = piles.lay(wanted or piles.any_kind(rng), rng)
-    ring = piles.surround(target, min(int(rng.integers(2, 5)), count - 1), 0.0, rng)
-    return [[target, *ring], *_singles(count - 1 - len(ring), rng)]
+    if wanted is None and count > 3 and rng.random() < CRADLED:
+        pile = piles.cradled(int(rng.integers(1, 3)), rng)
+        pile += piles.surround(piles.around(pile), min(int(rng.integers(4)), count - len(pile)), 0.0, rng)
+    else:
+        target = piles.lay(wanted or piles.any_kind(rng), rng)
+        pile = [target, *piles.surround(target, min(int(rng.integers(2, 5)), count - 1), 0.0, rng)]
+    return [pile, *_singles(count - len(pile), rng)]
 
 
 def _stacked(count: int, wanted: Kind | None, rng: np.random.Generator) -> list[list[Lying]]:
@@ -121,15 +126,17 @@ def _covered(count: int, wanted: Kind | None, rng: np.random.Generator) -> list[
     number = min(3, count // (COVERED_BLOCKS + 1))
     spare = count - number * (COVERED_BLOCKS + 1)
     for _ in range(number):
-        low = [shape for shape in piles.SHAPES if shape not in ("cuboid", "plank", "arch")]
-        hidden = piles.lay(wanted if wanted and not layouts else piles.block_kind(str(rng.choice(low))), rng)
-        walls = piles.surround(hidden, int(rng.integers(2, 5)), hidden.size[2], rng)
-        pile = [hidden, *walls]
-        pile += piles.roof(pile, hidden, 1 if len(walls) == 4 else int(rng.integers(1, 3)), rng)
+        if rng.random() < CRADLED and not (wanted and not layouts):
+            pile = piles.cradled(2, rng)
+        else:
+            low = [shape for shape in piles.SHAPES if shape not in ("cuboid", "plank", "arch")]
+            hidden = piles.lay(wanted if wanted and not layouts else piles.block_kind(str(rng.choice(low))), rng)
+            pile = [hidden, *piles.surround(hidden, int(rng.integers(2, 5)), hidden.size[2], rng)]
+        pile += piles.roof(pile, pile[0], 1 if len(pile) == COVERED_BLOCKS else int(rng.integers(1, 3)), rng)
         for _ in range(min(spare, int(rng.integers(4)))):  # and more on top of it
             spare -= 1
             x, y = rng.uniform(-0.02, 0.02, 2)
-            pile.append(piles.on_top(pile, piles.covering(hidden.size, rng), float(x), float(y)))
+            pile.append(piles.on_top(pile, piles.covering(pile[0].size, rng), float(x), float(y)))
         layouts.append(pile)
     return layouts + _singles(count - sum(map(len, layouts)), rng)
 

@@ -132,6 +132,25 @@ def surround(middle: Lying, sides: int, lowest: float, rng: np.random.Generator)
     return placed
 
 
+def cradled(arches: int, rng: np.random.Generator) -> list[Lying]:
+    """A cylinder in the tunnel of an arch that lies on its side, or of two that meet around it; the cylinder first."""
+    cylinder = lay(block_kind("cylinder"), rng)
+    arch = block_kind("arch")
+    along_x, depth, height = arch.size  # on its side: the tunnel stands upright and opens towards +y
+    apart = depth / 2 + rng.uniform(0.0005, LARGEST_GAP)
+    first = Lying(arch, ABOUT_X, (along_x, depth, height)).at(0.0, -apart)
+    _, turned = p.multiplyTransforms((0, 0, 0), (0.0, 0.0, 1.0, 0.0), (0, 0, 0), ABOUT_X)
+    return [cylinder, first, Lying(arch, turned, first.size).at(0.0, apart)][: 1 + arches]
+
+
+def around(pile: list[Lying]) -> Lying:
+    """The space that a pile takes, as if it were one block."""
+    low = np.min([np.subtract(block.center, np.divide(block.size, 2)) for block in pile], axis=0)
+    high = np.max([np.add(block.center, np.divide(block.size, 2)) for block in pile], axis=0)
+    (x, y, z), (width, depth, height) = ((low + high) / 2).tolist(), (high - low).tolist()
+    return Lying(pile[0].kind, UPRIGHT, (width, depth, height), (x, y, z))
+
+
 def on_top(pile: list[Lying], block: Lying, x: float, y: float) -> Lying:
     """The block put down at (x, y), on the highest of what lies beneath it."""
     block = block.at(x, y)

@@ -35,7 +35,7 @@ from grasping_invisible.sim_robot.scene import Scene
 from grasping_invisible.training.behaviour import noisy, random_maps
 from grasping_invisible.training.experience_log import ExperienceLog, SpokenRobot
 
-STYLES: dict[Style, float] = {"packed": 0.3, "stacked": 0.15, "scattered": 0.1, "covered": 0.45}
+STYLES: dict[Style, float] = {"packed": 0.35, "stacked": 0.1, "scattered": 0.05, "covered": 0.5}
 GREY = (2, 8)  # blocks in a scene, at least and at most
 GREY_COVERED = (6, 21)
 TARGETS = (3, 6)  # candidates, at least and at most

@@ -6,6 +6,8 @@ from hypothesis import strategies as st
 from grasping_invisible.sim_robot import piles
 from grasping_invisible.sim_robot.blocks import CYLINDER_LENGTH
 from grasping_invisible.sim_robot.piles import Lying
+from grasping_invisible.sim_robot.scene import Scene
+from grasping_invisible.sim_robot.world import World
 
 rng_seeds = st.integers(0, 2**32)
 
@@ -40,3 +42,27 @@ def covered_share(hidden: Lying, roof: list[Lying]) -> float:
 def test_a_block_rests_on_the_table(shape: str) -> None:
     block = piles.lay(piles.block_kind(shape), np.random.default_rng(0))
     assert block.center[2] - block.size[2] / 2 == pytest.approx(piles.LIFT)
+
+
+@pytest.mark.parametrize("arches", [1, 2])
+def test_a_cradled_cylinder_stays_where_it_is(arches: int) -> None:
+    pile = piles.cradled(arches, np.random.default_rng(arches))
+    assert [block.kind.shape for block in pile] == ["cylinder", *["arch"] * arches]
+    colors = ["red", "grey", "grey"]
+    objects = tuple(piles.as_object(block, color, 0.0, 0.0, 0.4) for block, color in zip(pile, colors, strict=False))
+    world = World(Scene(name="cradled", target="red", objects=objects), None)
+    try:
+        before = np.array([state.position for state in world.object_states()])
+        assert world.settle(2.0)
+        moved = np.array([state.position for state in world.object_states()]) - before
+    finally:
+        world.close()
+    assert np.abs(moved).max() < 0.003
+
+
+@given(rng_seeds)
+def test_what_stands_around_a_pile_stands_beside_all_of_it(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    pile = piles.cradled(2, rng)
+    for block in piles.surround(piles.around(pile), 4, 0.0, rng):
+        assert not any(block.overlaps(other) for other in pile)
