@@ -14,6 +14,7 @@ from torch.nn import functional
 from grasping_invisible.data.action_grid import ROTATIONS
 from grasping_invisible.data.file_hash import file_sha256
 from grasping_invisible.data.progress import bar
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.rewards import GRASP_AIMED, GRASP_SUCCEEDED
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.heightmap import Heightmaps
@@ -144,13 +145,21 @@ class Replay:
         self.earned = torch.tensor([earned(transition, rewards) for transition in transitions], dtype=torch.float32)
         self.targets = self.earned.clone()
         self.errors = torch.ones(len(transitions))  # unseen ones first
+        pushes = np.array([transition.kind == gi.PUSH for transition in transitions], np.bool_)
+        self._kinds = [part for part in map(np.flatnonzero, (pushes, ~pushes)) if len(part)]
 
     def draw(self, rng: np.random.Generator, count: int, progress: float) -> tuple[list[int], torch.Tensor]:
-        """Indices drawn by priority, and weights (count,) against its bias, full at `progress` 1."""
+        """Indices drawn by priority, and weights (count,) against its bias, full at `progress` 1.
+
+        Half of them are pushes, where there are any: those are dearer to make, so there are fewer, and harder to learn.
+        """
         priorities = (self.errors.numpy().astype(np.float64) + PRIORITY_FLOOR) ** PRIORITY_EXPONENT
-        shares = priorities / priorities.sum()
+        shares, alike = np.zeros_like(priorities), np.zeros_like(priorities)
+        for part in self._kinds:
+            shares[part] = priorities[part] / priorities[part].sum() / len(self._kinds)
+            alike[part] = 1 / len(part) / len(self._kinds)
         indices = rng.choice(len(shares), count, p=shares)
-        weights = (len(shares) * shares[indices]) ** -(0.4 + 0.6 * progress)
+        weights = (shares[indices] / alike[indices]) ** -(0.4 + 0.6 * progress)
         return indices.tolist(), torch.tensor(weights / weights.max(), dtype=torch.float32)
 
     def value_next_states(self, net: CriticNet, seed: int, console: Console) -> None:
