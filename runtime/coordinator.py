@@ -8,9 +8,7 @@ from grasping_invisible.data.target_border import TargetBorder
 from grasping_invisible.runtime.options import options_for
 from grasping_invisible.runtime.situation import Proposal, Situation
 
-# From this probability on, grasp. Less than even odds: a grasp that fails costs a motion and leaves the scene as it
-# was, while a push costs one as well, is often in vain and never the last.
-GRASP_THRESHOLD = 0.25
+GRASP_THRESHOLD = 0.5  # from this probability on, grasp
 
 
 def classifier_features(

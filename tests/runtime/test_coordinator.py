@@ -26,7 +26,7 @@ def valued(situation, set_models):
 
 
 @pytest.mark.parametrize(
-    ("probability", "kind", "value"), [(0.25, gi.GRASP, 0.75), (0.9, gi.GRASP, 0.75), (0.24, gi.PUSH, 0.5)]
+    ("probability", "kind", "value"), [(0.5, gi.GRASP, 0.75), (0.9, gi.GRASP, 0.75), (0.49, gi.PUSH, 0.5)]
 )
 def test_the_classifier_chooses_the_kind_and_the_critic_the_place(valued, set_models, probability, kind, value):
     set_models.probability = probability
