@@ -29,6 +29,7 @@ from grasping_invisible.training.device import training_device
 from grasping_invisible.training.experience import Experience
 from grasping_invisible.training.fingerprint import data_fingerprint
 from grasping_invisible.training.imagenet_weights import load_imagenet
+from grasping_invisible.training.packed_maps import PackedMaps
 from grasping_invisible.training.session import Session
 from grasping_invisible.training.source import source_commit
 from grasping_invisible.training.transitions import (
@@ -181,13 +182,15 @@ class Replay:
                     key = id(then), transition.goal
                     if key not in values:
                         rotations = rng.permutation(ROTATIONS)[:ROTATIONS_VALUED].tolist()
-                        taken = self.taken.get(key)
-                        value = (
-                            1.0 if taken else state_value(net, then.unpack(), transition.goal, rotations, taken is None)
-                        )
-                        values[key] = min(max(value, 0.0), 1.0)
+                        values[key] = self._value(net, then, transition.goal, rotations)
                     self.targets[index] = self.earned[index] + DISCOUNT * values[key]
                 advance()
+
+    def _value(self, net: CriticNet, state: PackedMaps, goal: int, rotations: Sequence[int]) -> float:
+        taken = self.taken.get((id(state), goal))
+        if taken:
+            return 1.0
+        return min(max(state_value(net, state.unpack(), goal, rotations, grasps=taken is None), 0.0), 1.0)
 
 
 def earned(transition: Transition, rewards: str) -> float:
