@@ -1,7 +1,8 @@
 """Motions as cells of a grid over the workspace and directions: where each begins, and what it is aimed at.
 
 The action grid has 112 x 112 cells over the workspace, oriented like the heightmaps: row 0 at the largest y, column 0
-at the smallest x. Each cell has 16 directions, 22.5 degrees apart (paper, section IV-A).
+at the smallest x. Each cell has 16 directions, 22.5 degrees apart (paper, section IV-A), and a push may be made at one
+of two heights.
 """
 
 from typing import Any
@@ -14,6 +15,8 @@ from grasping_invisible.data.target_border import distance_to
 ACTION_CELLS = 112
 ROTATIONS = 16
 PUSH_LENGTH = 0.10  # metres
+# How high a push may pass: over what the fingers come down on, or raised over all that lies as low as a target.
+LOW, RAISED = PUSH_LEVELS = range(2)
 GRASP_MARGIN = 0.006  # metres beside the target's mask at which its grasp may still be aimed
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasping_invisible.data import report_pictures as pictures
+from grasping_invisible.data.action_grid import RAISED
 from grasping_invisible.data.clock import to_ns
 from grasping_invisible.data.errors import BadMessage
 from grasping_invisible.data.extensions import REPORT_MAPS, extensions
@@ -126,7 +127,7 @@ def step_report(step: LoggedStep, head: StepHead, target: str, camera: list[Pane
     motion = motion_of(step)
     report.rows.append(Row("From above", [*pictures.map_panels(maps, target, motion), *_after(step)]))
     q_maps = decoded(step.q_maps, decode_q_maps)
-    if q_maps is None or decision.rotation >= len(q_maps.push):
+    if q_maps is None or decision.push_level >= len(q_maps.push) or decision.rotation >= len(q_maps.grasp):
         report.missing.append("Q maps")
         return report
     _add_values(report, decision, maps, q_maps, motion)
@@ -149,16 +150,18 @@ def _add_values(
     if made.failure:
         report.missing.append(f"exploration maps ({made.failure})")
     k = decision.rotation
+    q_push = q_maps.push[decision.push_level]
+    push = "Raised push" if decision.push_level == RAISED else "Push"
     by_q = not made.stacks
     panels = []
-    for name, stack, kind in (("Push", q_maps.push, gi.PUSH), ("Grasp", q_maps.grasp, gi.GRASP)):
+    for name, stack, kind in ((push, q_push, gi.PUSH), ("Grasp", q_maps.grasp, gi.GRASP)):
         chosen = by_q and decision.kind == kind
         panels.append(pictures.value_panel(f"{name} Q, best of {len(stack)}", stack, maps, motion))
         panels.append(
             pictures.value_panel(f"{name} Q, {wording.degrees(decision.yaw)}", stack, maps, motion, k, chosen=chosen)
         )
     report.rows.append(Row("Critic", panels, "what each motion is expected to be worth"))
-    chosen_from, name = (q_maps.push, "push Q") if decision.kind == gi.PUSH else (q_maps.grasp, "grasp Q")
+    chosen_from, name = (q_push, "push Q") if decision.kind == gi.PUSH else (q_maps.grasp, "grasp Q")
     if made.stacks:
         *factors, last = made.stacks
         panels = [pictures.value_panel(part.capitalize(), made.stacks[part], maps, motion, k) for part in factors]

@@ -42,7 +42,7 @@ class ModelBundle:
         return self.segmenter.labels(color)
 
     def q_maps(self, maps: Heightmaps, mask: NDArray[np.bool_]) -> QMaps:
-        """Push and grasp Q maps, (16, 112, 112) each, for the target under `mask`, (N, N) bool."""
+        """Push and grasp Q maps for the target under `mask`, (N, N) bool."""
         return self.critic.q_maps(maps, mask)
 
     def grasp_probability(self, features: NDArray[np.float32]) -> float:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grasping_invisible.data.action_grid import ROTATIONS
+from grasping_invisible.data.action_grid import PUSH_LEVELS, ROTATIONS
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.onnx_model import OnnxModel
 from grasping_invisible.runtime.rotation import ROTATED_CELLS, critic_planes, rotate_planes, unrotate
@@ -15,7 +15,8 @@ from grasping_invisible.runtime.rotation import ROTATED_CELLS, critic_planes, ro
 class QMaps:
     """Q values on the action grid; map k is for yaw k * 22.5 degrees.
 
-    `push` and `grasp`: (16, 112, 112) float32. Row 0 lies at the largest y, column 0 at the smallest x.
+    `push`: (2, 16, 112, 112) float32, of low and of raised pushes. `grasp`: (16, 112, 112) float32. Row 0 lies at the
+    largest y, column 0 at the smallest x.
     """
 
     push: NDArray[np.float32]
@@ -34,4 +35,4 @@ class Critic:
     def q_maps(self, maps: Heightmaps, mask: NDArray[np.bool_]) -> QMaps:
         """Push and grasp Q maps for the target under `mask`, (N, N) bool; all true stands for any object."""
         push, grasp = self._model(rotate_planes(critic_planes(maps, mask, self._planes)))
-        return QMaps(unrotate(push), unrotate(grasp))
+        return QMaps(np.stack([unrotate(push[:, level]) for level in PUSH_LEVELS]), unrotate(grasp))

@@ -6,7 +6,7 @@ Pure: the same inputs give an equal `Decision`, which is what makes a log replay
 import math
 from dataclasses import dataclass, field
 
-from grasping_invisible.data.action_grid import ACTION_CELLS, PUSH_LENGTH, rotation_angle
+from grasping_invisible.data.action_grid import ACTION_CELLS, PUSH_LENGTH, RAISED, rotation_angle
 from grasping_invisible.data.classes import TARGET_COLORS
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.critic import QMaps
@@ -95,7 +95,7 @@ def _decision(situation: Situation, proposal: Proposal, policy: str, method: str
         fingers = preshape(situation.perception.mask, maps.workspace, (x, y), yaw)
         x, y = x + fingers.shift * math.cos(yaw), y + fingers.shift * math.sin(yaw)
     else:
-        height = float(situation.heights[choice.rotation, choice.row, choice.column])
+        height = float(choice.of(situation.heights))
         fingers = FULLY_OPEN
     return Decision(
         frame_stamp_ns=maps.stamp_ns,
@@ -106,6 +106,7 @@ def _decision(situation: Situation, proposal: Proposal, policy: str, method: str
         rotation=choice.rotation,
         row=choice.row,
         column=choice.column,
+        level=choice.level,
         position=(x, y, maps.workspace.center[2] + height),
         yaw=yaw,
         opening=fingers.opening,
@@ -118,5 +119,5 @@ def _decision(situation: Situation, proposal: Proposal, policy: str, method: str
         target_pixels=situation.perception.target_pixels,
         memory=situation.memory,
         seed=seed,
-        why=f"{situation.target} {proposal.why}",
+        why=f"{situation.target} {proposal.why}{'; raised' if choice.level == RAISED else ''}",
     )

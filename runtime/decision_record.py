@@ -18,8 +18,8 @@ class Decision:
     """A chosen motion and why; the fields of `gi.Decision` but for what is measured.
 
     `position`: commanded TCP position, metres, base frame; `yaw`: radians. `opening`: of a grasp, metres between the
-    finger pads, 0 for as far as the hand opens. `row`, `column`: of the action grid. `grasp_probability`: None where
-    the classifier was not asked.
+    finger pads, 0 for as far as the hand opens. `row`, `column`: of the action grid. `level`: of a push, `LOW` or
+    `RAISED`. `grasp_probability`: None where the classifier was not asked.
     """
 
     frame_stamp_ns: int
@@ -30,6 +30,7 @@ class Decision:
     rotation: int
     row: int
     column: int
+    level: int
     position: tuple[float, float, float]
     yaw: float
     opening: float
@@ -70,6 +71,7 @@ class Decision:
             rotation=self.rotation,
             row=self.row,
             column=self.column,
+            push_level=self.level,
             position=gi.Point(x=x, y=y, z=z),
             yaw=self.yaw,
             opening=self.opening,

@@ -16,15 +16,14 @@ def explore(situation: Situation, method: str = "explorer") -> Proposal:
     maps = exploration_maps(situation.maps, q_maps.push, situation.memory.failed_pushes, method)
     allowed, caveat = _towards_glimpse(situation, *pushes_left(situation))
     choice, by = best_push(maps, allowed, situation.rng)
-    at = choice.rotation, choice.row, choice.column
     return Proposal(
         gi.PUSH,
         choice,
         q_maps,
         best_value(q_maps.push, allowed) or 0.0,
         float(q_maps.grasp.max()),
-        f"{unseen(situation)}: explore by {by} {choice.value:.3f} = clutter {maps.clutter[at]:.2f}, "
-        f"agnostic push {maps.agnostic[at]:.2f}, failures {maps.failure[at]:.2f}{caveat}",
+        f"{unseen(situation)}: explore by {by} {choice.value:.3f} = clutter {choice.of(maps.clutter):.2f}, "
+        f"agnostic push {choice.of(maps.agnostic):.2f}, failures {choice.of(maps.failure):.2f}{caveat}",
         exploration=maps,
     )
 
@@ -32,7 +31,7 @@ def explore(situation: Situation, method: str = "explorer") -> Proposal:
 def best_push(maps: ExplorationMaps, allowed: NDArray[np.bool_], rng: np.random.Generator) -> tuple[Choice, str]:
     """The push of the greatest posterior, and what it was chosen by.
 
-    `allowed`: (16, 112, 112) bool, not all false. Where the posterior is 0 everywhere, as on a heap without
+    `allowed`: (2, 16, 112, 112) bool, not all false. Where the posterior is 0 everywhere, as on a heap without
     edges, the failure likelihood together with either of the other factors decides, and at last the failure
     likelihood alone.
     """
@@ -49,12 +48,13 @@ def best_push(maps: ExplorationMaps, allowed: NDArray[np.bool_], rng: np.random.
 
 
 def pushes_left(situation: Situation) -> tuple[NDArray[np.bool_], str]:
-    """The pushes to choose from, (16, 112, 112) bool, never none, and what a person should know about them."""
+    """The pushes to choose from, (2, 16, 112, 112) bool, never none, and what a person should know about them."""
     untried_pushes = situation.untried(gi.PUSH)
     workspace = situation.maps.workspace
     open_way = open_pushes(workspace, situation.heights)
     if not open_way.any():
-        return ends_inside(workspace), "; everything seems too high to be reached"
+        everywhere = np.broadcast_to(ends_inside(workspace), situation.heights.shape)
+        return everywhere, "; everything seems too high to be reached"
     for allowed, caveat in (
         (situation.pushes & untried_pushes, ""),
         (situation.pushes, "; all that was left was tried before"),

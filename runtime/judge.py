@@ -106,7 +106,7 @@ def remember(memory: Memory, decision: Decision, judgement: Judgement) -> Memory
         failures = 0 if judgement.target_grasped else failures + 1
     elif judgement.scene_changed:
         failures = 0
-    made = FruitlessAction(decision.kind, x, y, decision.yaw)
+    made = FruitlessAction(decision.kind, x, y, decision.yaw, decision.level)
     if not judgement.scene_changed:
         fruitless = (*memory.fruitless, made)[-FRUITLESS_REMEMBERED:]
     elif pushed:

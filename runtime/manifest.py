@@ -8,13 +8,14 @@ from pathlib import Path
 
 import msgspec
 
-from grasping_invisible.data.action_grid import ACTION_CELLS, ROTATIONS
+from grasping_invisible.data.action_grid import ACTION_CELLS, PUSH_LENGTH, PUSH_LEVELS, ROTATIONS
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.runtime.errors import BundleError
+from grasping_invisible.runtime.motion import RAISED_TIPS
 from grasping_invisible.runtime.rotation import CRITIC_INPUTS, HEIGHT_SCALE, PLANES, ROTATED_CELLS
 from grasping_invisible.runtime.workspace import Workspace
 
-FORMAT = 1
+FORMAT = 2
 FILE_NAME = "manifest.json"
 
 
@@ -64,6 +65,14 @@ class CriticInput(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     height_scale: float = HEIGHT_SCALE
 
 
+class Pushes(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """The pushes that the critic values: `length` and `raised_tips` in metres; see `runtime.motion.push_heights`."""
+
+    length: float = PUSH_LENGTH
+    levels: int = len(PUSH_LEVELS)
+    raised_tips: float = RAISED_TIPS
+
+
 class CameraAssumptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """The camera the segmenter was trained for. An image of another size is resized to this one and back."""
 
@@ -81,6 +90,7 @@ class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     classes: tuple[str, ...] = CLASSES
     camera: CameraAssumptions = CameraAssumptions()
     critic_input: CriticInput = CriticInput()
+    pushes: Pushes = Pushes()
     segmenter: ModelFile
     critic: ModelFile
     classifier: ModelFile
@@ -111,11 +121,14 @@ def read_manifest(folder: Path) -> Manifest:
         raise BundleError(f"model bundle {folder}: {FILE_NAME} is not valid: {error}") from None
     seen = manifest.critic_input.planes if manifest.critic_input.planes in CRITIC_INPUTS.values() else PLANES
     shape = (-1, seen, ROTATED_CELLS, ROTATED_CELLS)
+    outputs = (-1, len(PUSH_LEVELS), *shape[2:]), (-1, *shape[2:])
     for what, theirs, ours in (
         ("format", manifest.format, FORMAT),
         ("classes", manifest.classes, CLASSES),
         ("critic_input", manifest.critic_input, CriticInput(planes=seen)),
+        ("pushes", manifest.pushes, Pushes()),
         ("critic's shape", tuple(tensor.shape for tensor in manifest.critic.inputs), (shape,)),
+        ("critic's outputs' shapes", tuple(tensor.shape for tensor in manifest.critic.outputs), outputs),
     ):
         if theirs != ours:
             raise BundleError(

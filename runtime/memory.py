@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grasping_invisible.data.action_grid import ACTION_CELLS, ROTATIONS
+from grasping_invisible.data.action_grid import ACTION_CELLS, LOW, PUSH_LEVELS, ROTATIONS
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.rotation import ANGLES, action_grid
 from grasping_invisible.runtime.workspace import Workspace
@@ -21,13 +21,14 @@ FRUITLESS_TURN = 1.5 * 2 * math.pi / ROTATIONS  # radians: the same rotation and
 class FruitlessAction:
     """An action that would bring nothing new: after it the scene was as before, or it is a push that was just made.
 
-    `kind`: gi.PUSH or gi.GRASP; metres, radians, base frame.
+    `kind`: gi.PUSH or gi.GRASP; metres, radians, base frame. `level`: of a push.
     """
 
     kind: gi.MotionKind
     x: float
     y: float
     yaw: float
+    level: int = LOW
 
 
 @dataclass(frozen=True)
@@ -48,12 +49,12 @@ class Memory:
 
 
 def untried(kind: gi.MotionKind, memory: Memory, workspace: Workspace) -> NDArray[np.bool_]:
-    """Which actions of a kind are not a repetition of a fruitless one: (16, 112, 112) bool.
+    """Which actions of a kind repeat no fruitless one: (16, 112, 112) bool, of pushes (2, 16, 112, 112).
 
     The same image brings the same choice: without this a blocked or unreachable motion would be tried for
     ever.
     """
-    allowed = np.ones((ROTATIONS, ACTION_CELLS, ACTION_CELLS), np.bool_)
+    allowed = np.ones((len(PUSH_LEVELS), ROTATIONS, ACTION_CELLS, ACTION_CELLS), np.bool_)
     grid = action_grid(workspace)
     cells = np.arange(ACTION_CELLS) + 0.5
     x, y = grid.low[0] + cells * grid.resolution, grid.high[1] - cells[:, None] * grid.resolution
@@ -63,8 +64,8 @@ def untried(kind: gi.MotionKind, memory: Memory, workspace: Workspace) -> NDArra
             continue
         near = (x - action.x) ** 2 + (y - action.y) ** 2 <= FRUITLESS_RADIUS**2
         turn = np.abs((ANGLES - action.yaw + period / 2) % period - period / 2)
-        allowed &= ~(near & (turn < FRUITLESS_TURN)[:, None, None])
-    return allowed
+        allowed[action.level] &= ~(near & (turn < FRUITLESS_TURN)[:, None, None])
+    return allowed if kind == gi.PUSH else allowed[LOW]
 
 
 def memory_message(memory: Memory) -> gi.DecisionMemory:
@@ -74,7 +75,8 @@ def memory_message(memory: Memory) -> gi.DecisionMemory:
         consecutive_grasp_failures=memory.consecutive_grasp_failures,
         step=memory.step,
         fruitless=[
-            gi.FruitlessAction(kind=action.kind, x=action.x, y=action.y, yaw=action.yaw) for action in memory.fruitless
+            gi.FruitlessAction(kind=act.kind, x=act.x, y=act.y, yaw=act.yaw, push_level=act.level)
+            for act in memory.fruitless
         ],
         consecutive_pushes=memory.consecutive_pushes,
     )
@@ -86,6 +88,6 @@ def memory_from_message(message: gi.DecisionMemory) -> Memory:
         failed_pushes=tuple((push.x, push.y) for push in message.failed_pushes),
         consecutive_grasp_failures=message.consecutive_grasp_failures,
         step=message.step,
-        fruitless=tuple(FruitlessAction(act.kind, act.x, act.y, act.yaw) for act in message.fruitless),
+        fruitless=tuple(FruitlessAction(act.kind, act.x, act.y, act.yaw, act.push_level) for act in message.fruitless),
         consecutive_pushes=message.consecutive_pushes,
     )

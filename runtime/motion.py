@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from grasping_invisible.data.action_grid import ACTION_CELLS, PUSH_LENGTH, ROTATIONS, blocks
+from grasping_invisible.data.action_grid import ACTION_CELLS, LOW, PUSH_LENGTH, RAISED, ROTATIONS, blocks
 from grasping_invisible.data.target_border import distance_to
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.rotation import ANGLES, action_grid
@@ -24,6 +24,7 @@ FINGERS_ALONG = 0.025  # metres, footprint of the closed fingers along a push
 FINGERS_ACROSS = 0.045  # and across it
 FINGERTIPS = 0.008  # metres by which the fingers reach below the TCP, which lies between their pads
 PUSH_CLEARANCE = 0.003  # metres between the fingertips and what they stand above
+RAISED_TIPS = 0.055  # metres above the table, fingertips of a raised push: over anything that the hand can take whole
 PUSH_OVERLAP = 0.008  # metres by which something ahead must stand higher than the fingertips, to be pushed
 PUSH_NEARNESS = 0.03  # metres from the target within which a push for it has to pass
 # Metres from the workspace's edge at which a push must end: what it moves lies ahead of it, and what leaves
@@ -53,38 +54,42 @@ def grasp_height(maps: Heightmaps, row: int, column: int) -> float:
 
 
 def push_heights(maps: Heightmaps) -> NDArray[np.float32]:
-    """TCP height above the table, metres, of a push starting at every cell: (16, 112, 112) float32.
+    """TCP height above the table, metres, of a push starting at every cell: (2, 16, 112, 112) float32, low and raised.
 
     The closed fingers come down just above whatever is under their footprint: beside a heap they reach the
-    table, on top of it they push what stands higher.
+    table, on top of it they push what stands higher. Raised, they take the roof off a heap and leave what it stands on,
+    which a low push moves as a whole.
     """
     above = np.float32(PUSH_CLEARANCE + FINGERTIPS)
-    return np.maximum(_footprint_heights(maps) + above, np.float32(MIN_TCP_HEIGHT))
+    low = np.maximum(_footprint_heights(maps) + above, np.float32(MIN_TCP_HEIGHT))
+    return np.stack([low, np.maximum(low, np.float32(RAISED_TIPS + FINGERTIPS))])
 
 
 def feasible_pushes(maps: Heightmaps, heights: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Which pushes can be made and would meet something: (16, 112, 112) bool.
+    """Which pushes can be made and would meet something: (2, 16, 112, 112) bool.
 
     `heights`: of `push_heights`. A push is left out where it would end nearer than `PUSH_END_INSET` to the
     workspace's edge or beyond it, where it would start above `MAX_TCP_HEIGHT`, or where nothing along its way stands
-    higher than the fingertips.
+    higher than the fingertips; a raised one also where the low one is as high.
     """
-    ahead = np.zeros_like(heights)
+    ahead = np.zeros_like(heights[LOW])
     steps = math.ceil(PUSH_LENGTH / FINGERS_ALONG)
     cell = maps.workspace.size / ACTION_CELLS
     tips = heights - np.float32(FINGERTIPS)
-    footprints = tips - np.float32(PUSH_CLEARANCE)
+    footprints = tips[LOW] - np.float32(PUSH_CLEARANCE)
     for k, yaw in enumerate(ANGLES):
         for step in range(1, steps + 1):
             distance = PUSH_LENGTH * step / steps / cell
             rows, columns = round(-distance * math.sin(yaw)), round(distance * math.cos(yaw))
             here, there = _overlap(rows, columns)
             np.maximum(ahead[k][here], footprints[k][there], out=ahead[k][here])
-    return open_pushes(maps.workspace, heights) & (ahead > tips + np.float32(PUSH_OVERLAP))
+    meets = ahead > tips + np.float32(PUSH_OVERLAP)
+    meets[RAISED] &= heights[RAISED] > heights[LOW]
+    return open_pushes(maps.workspace, heights) & meets
 
 
 def open_pushes(workspace: Workspace, heights: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Which pushes can be made, be it through thin air: (16, 112, 112) bool. `heights`: of `push_heights`."""
+    """Which pushes can be made, be it through thin air: (2, 16, 112, 112) bool. `heights`: of `push_heights`."""
     return ends_inside(workspace) & (heights <= np.float32(MAX_TCP_HEIGHT))
 
 

@@ -15,7 +15,7 @@ from grasping_invisible.runtime.situation import Situation
 
 @dataclass(frozen=True)
 class Options:
-    """Pushes and grasps, (16, 112, 112) bool each; not all false."""
+    """Pushes, (2, 16, 112, 112) bool, and grasps, (16, 112, 112) bool; not all false."""
 
     q_maps: QMaps
     pushes: NDArray[np.bool_]

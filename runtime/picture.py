@@ -85,9 +85,9 @@ def _value_maps(deliberation: Deliberation) -> tuple[NDArray[np.float32], NDArra
     """The map of the chosen direction, the best over all directions, and what the values are."""
     decision = deliberation.decision
     if deliberation.exploration is not None:
-        stack, name = deliberation.exploration.posterior, "exploration"
+        stack, name = deliberation.exploration.posterior[decision.level], "exploration"
     elif decision.kind == gi.PUSH:
-        stack, name = deliberation.q_maps.push, "push Q"
+        stack, name = deliberation.q_maps.push[decision.level], "push Q"
     else:
         stack, name = deliberation.q_maps.grasp, "grasp Q"
     return stack[decision.rotation], stack.max(axis=0), name

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from grasping_invisible.data.action_grid import feasible_grasps
+from grasping_invisible.data.action_grid import LOW, PUSH_LEVELS, feasible_grasps
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.choice import Choice, best_action
 from grasping_invisible.runtime.coordinator import instead, seen
@@ -14,17 +14,19 @@ from grasping_invisible.runtime.critic import QMaps
 from grasping_invisible.runtime.motion import low_grasps, open_pushes
 from grasping_invisible.runtime.situation import Proposal, Situation
 
+LOW_ONLY = np.array([level == LOW for level in PUSH_LEVELS])[:, None, None, None]
+
 
 def random_motion(situation: Situation) -> Proposal | None:
     """A push or a grasp by the flip of a coin, at a random cell of the target's mask and a random angle (RAND).
 
-    Only what the arm cannot do is left out; None where nothing is left. The critic has no say: it is asked for the
-    log, so that one sees what was passed by.
+    Only what the arm cannot do is left out, and raised pushes, which pass over it; None where nothing is left. The
+    critic has no say: it is asked for the log, so that one sees what was passed by.
     """
     maps = situation.maps
     on_target = feasible_grasps(situation.perception.mask, maps.workspace.resolution)
     allowed = {
-        gi.PUSH: on_target & open_pushes(maps.workspace, situation.heights),
+        gi.PUSH: on_target & open_pushes(maps.workspace, situation.heights) & LOW_ONLY,
         gi.GRASP: low_grasps(maps, on_target),
     }
     if not any(kind.any() for kind in allowed.values()):
@@ -40,12 +42,11 @@ def any_of(
 ) -> tuple[gi.MotionKind, Choice, str]:
     """A push or a grasp by the flip of a coin and any allowed one of them, valued by `q_maps`, and what to add to why.
 
-    `allowed`: (16, 112, 112) bool for both kinds, not all false.
+    `allowed`: bool, shaped as the Q maps of both kinds, not all false.
     """
     preferred, other = (gi.PUSH, gi.GRASP) if rng.random() < 0.5 else (gi.GRASP, gi.PUSH)
     kind = preferred if allowed[preferred].any() else other
     values = q_maps.push if kind == gi.PUSH else q_maps.grasp
     choice = best_action(np.zeros_like(values), allowed[kind], rng)  # of equal ones any
     assert choice is not None  # something is allowed
-    value = float(values[choice.rotation, choice.row, choice.column])
-    return kind, replace(choice, value=value), instead(preferred, kind)
+    return kind, replace(choice, value=float(choice.of(values))), instead(preferred, kind)

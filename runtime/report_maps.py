@@ -28,7 +28,7 @@ def exploration_of(
     workspace = Workspace(maps.center, maps.resolution * maps.height.shape[0], maps.resolution)
     made = exploration_maps(
         Heightmaps(maps.stamp_ns, maps.color, maps.height, maps.labels, workspace),
-        q_maps.push,
+        q_maps.push[decision.push_level],
         memory_from_message(decision.memory).failed_pushes,
         decision.method,
     )

@@ -38,7 +38,7 @@ class Models(Protocol):
 class Situation:
     """What a method decides from.
 
-    `target`: its colour. `heights` and `pushes`: (16, 112, 112), of `runtime.motion`: how high a push would be, and
+    `target`: its colour. `heights` and `pushes`: (2, 16, 112, 112), of `runtime.motion`: how high a push would be, and
     which pushes can be made and would meet something. `border`: of the target. `rng`: seeded for this very step.
     """
 
@@ -69,7 +69,7 @@ class Situation:
         return self.q_maps(np.ones_like(self.perception.mask))
 
     def untried(self, kind: gi.MotionKind) -> NDArray[np.bool_]:
-        """Which actions of a kind are not known to change nothing, (16, 112, 112) bool."""
+        """Which actions of a kind are not known to change nothing, (16, 112, 112) bool, of pushes (2, 16, 112, 112)."""
         return untried(kind, self.memory, self.maps.workspace)
 
 

@@ -23,6 +23,7 @@ SETTLE_SECONDS = 3.0
 COVERED_BLOCKS = 5  # grey blocks, at most, that hide a target in a pile: walls and a roof
 HIDDEN_PIXELS = 40  # of the target in the camera image: fewer count as hidden
 CRADLED = 0.25  # share of packed and covered piles whose first block is a cylinder in the tunnels of arches
+WALLED_TWICE = 0.3  # share of the other packed piles with more blocks around those that surround the target
 COLUMN_STEP, LAYER_STEP = 0.125, 0.125  # metres between objects about to be dropped; no block is longer
 
 
@@ -100,6 +101,8 @@ def _packed(count: int, wanted: Kind | None, rng: np.random.Generator) -> list[l
     else:
         target = piles.lay(wanted or piles.any_kind(rng), rng)
         pile = [target, *piles.surround(target, min(int(rng.integers(2, 5)), count - 1), 0.0, rng)]
+        if rng.random() < WALLED_TWICE:
+            pile += piles.surround(piles.around(pile), min(int(rng.integers(1, 5)), count - len(pile)), 0.0, rng)
     return [pile, *_singles(count - len(pile), rng)]
 
 

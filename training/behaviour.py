@@ -7,7 +7,7 @@ the critic; exploring, it gives random Q maps, whose greatest allowed value is a
 import numpy as np
 from numpy.typing import NDArray
 
-from grasping_invisible.data.action_grid import ACTION_CELLS, ROTATIONS
+from grasping_invisible.data.action_grid import ACTION_CELLS, PUSH_LEVELS, ROTATIONS
 from grasping_invisible.runtime.critic import QMaps
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.motion import pushes_towards
@@ -15,23 +15,28 @@ from grasping_invisible.runtime.situation import Models
 from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.sim_robot.robot import SimRobot
 
-NOISE = 0.02  # of greedy Q values, so that equal situations do not always bring the same action
+NOISE = np.float32(0.02)  # of greedy Q values, so that equal situations do not always bring the same action
 
 
 def random_maps(mask: NDArray[np.bool_], workspace: Workspace, rng: np.random.Generator) -> QMaps:
-    """Q maps, (16, 112, 112) each, whose greatest allowed value is a random allowed action.
+    """Q maps whose greatest allowed value is a random allowed action.
 
     Every push towards the target under the mask (N, N) comes before every other one.
     """
-    push_noise, grasp_noise = rng.random((2, ROTATIONS, ACTION_CELLS, ACTION_CELLS), dtype=np.float32)
+    shape = (ROTATIONS, ACTION_CELLS, ACTION_CELLS)
+    push_noise, grasp_noise = _noise((len(PUSH_LEVELS), *shape), rng), _noise(shape, rng)
     # Sums, not products, or the order among pushes would not be all of it.
-    return QMaps(push=(push_noise + pushes_towards(mask, workspace)) / 2, grasp=grasp_noise)
+    return QMaps(push=(push_noise + pushes_towards(mask, workspace)) / np.float32(2), grasp=grasp_noise)
 
 
 def noisy(learned: QMaps, rng: np.random.Generator) -> QMaps:
     """A critic's Q maps with a little noise."""
-    push_noise, grasp_noise = rng.random((2, *learned.push.shape), dtype=np.float32)
-    return QMaps(push=learned.push + NOISE * push_noise, grasp=learned.grasp + NOISE * grasp_noise)
+    push, grasp = (values + NOISE * _noise(values.shape, rng) for values in (learned.push, learned.grasp))
+    return QMaps(push, grasp)
+
+
+def _noise(shape: tuple[int, ...], rng: np.random.Generator) -> NDArray[np.float32]:
+    return rng.random(shape, dtype=np.float32)
 
 
 class Behaviour:
@@ -53,7 +58,7 @@ class Behaviour:
         return self._robot.truth_labels()
 
     def q_maps(self, maps: Heightmaps, mask: NDArray[np.bool_]) -> QMaps:
-        """The critic's Q maps, slightly noisy, or random ones: (16, 112, 112) each."""
+        """The critic's Q maps, slightly noisy, or random ones."""
         if self._models is None or self._rng.random() < self._epsilon:
             return random_maps(mask, maps.workspace, self._rng)
         return noisy(self._models.q_maps(maps, mask), self._rng)

@@ -54,7 +54,7 @@ class Standing(Enum):
     FREE = "one of its best grasps takes it"
 
 
-PUSHES = {Standing.HIDDEN: 10, Standing.STUCK: 10, Standing.FREE: 1}  # half of them at random, and the first
+PUSHES = {Standing.HIDDEN: 12, Standing.STUCK: 12, Standing.FREE: 1}  # half of them at random, and the first
 
 
 @dataclass
@@ -237,7 +237,7 @@ class _Session:
         decision = deliberation.decision
         watcher.decided(frame, deliberation)
         outcome = self._spoken.execute(decision.command(1, time.time_ns()))
-        tried.append(FruitlessAction(decision.kind, *decision.position[:2], decision.yaw))
+        tried.append(FruitlessAction(decision.kind, *decision.position[:2], decision.yaw, decision.level))
         after = None
         if decision.kind == gi.PUSH and outcome.status != gi.UNREACHABLE:
             after_frame = self._spoken.observe()

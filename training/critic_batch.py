@@ -1,10 +1,12 @@
 """Transitions as the critic's input, with the changes that leave an action's worth as it is."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from grasping_invisible.data.action_grid import ROTATIONS
+from grasping_invisible.data.action_grid import PUSH_LEVELS, ROTATIONS
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.rotation import PLANES, ROTATED_CELLS, rotate_planes, rotated_pixel, rotated_window
 from grasping_invisible.training.critic_net import CriticNet, executed
@@ -39,13 +41,14 @@ def example(transition: Transition, planes: int, rng: np.random.Generator | None
     return window, pixel
 
 
-def executed_values(net: CriticNet, examples: list[Example], kinds: list[int]) -> torch.Tensor:
+def executed_values(net: CriticNet, examples: list[Example], transitions: Sequence[Transition]) -> torch.Tensor:
     """The Q values of executed actions, (B,) on the network's device, each from the map of its kind of motion."""
     planes = torch.from_numpy(np.stack([planes for planes, _ in examples]))
-    pixels = torch.tensor([pixel for _, pixel in examples], device=net.device)
     push, grasp = net(planes.to(net.device, memory_format=torch.channels_last))
-    is_push = torch.tensor([kind == gi.PUSH for kind in kinds], device=net.device)
-    return torch.where(is_push, executed(push, pixels), executed(grasp, pixels))
+    # A map for each level of a push, and one for grasps.
+    maps = [item.level if item.kind == gi.PUSH else len(PUSH_LEVELS) for item in transitions]
+    places = [(index, *pixel) for index, (_, pixel) in zip(maps, examples, strict=True)]
+    return executed(torch.cat([push, grasp[:, None]], 1), torch.tensor(places, device=net.device))
 
 
 def _distort(planes: NDArray[np.float32], rng: np.random.Generator) -> None:

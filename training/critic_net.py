@@ -22,7 +22,10 @@ class CriticNet(nn.Module, ABC):
 
     @abstractmethod
     def forward(self, planes: Tensor) -> tuple[Tensor, Tensor]:
-        """Planes (B, P, H, W), H and W multiples of 16, to push and grasp Q values, (B, H, W) each."""
+        """Planes (B, P, H, W), H and W multiples of 16, to Q values of pushes, low and raised, and of grasps.
+
+        (B, 2, H, W) and (B, H, W).
+        """
 
     @property
     def device(self) -> torch.device:
@@ -30,6 +33,6 @@ class CriticNet(nn.Module, ABC):
         return next(self.parameters()).device
 
 
-def executed(q_map: Tensor, pixels: Tensor) -> Tensor:
-    """Q values where motions were executed: (B,) of `q_map` (B, H, W) at `pixels` (B, 2), (row, column)."""
-    return q_map[torch.arange(len(q_map)), pixels[:, 0], pixels[:, 1]]
+def executed(q_map: Tensor, places: Tensor) -> Tensor:
+    """Q values where motions were executed: (B,) of `q_map` (B, M, H, W) at `places` (B, 3), (map, row, column)."""
+    return q_map[torch.arange(len(q_map)), places[:, 0], places[:, 1], places[:, 2]]

@@ -62,7 +62,7 @@ def predicted(net: CriticNet, transitions: Sequence[Transition]) -> NDArray[np.f
         for start in range(0, len(transitions), BATCH):
             batch = transitions[start : start + BATCH]
             examples = [example(transition, net.planes) for transition in batch]
-            values.append(executed_values(net, examples, [transition.kind for transition in batch]).cpu().numpy())
+            values.append(executed_values(net, examples, batch).cpu().numpy())
     return np.concatenate(values)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from grasping_invisible.data.action_grid import ACTION_CELLS, ROTATIONS, feasible_grasps
+from grasping_invisible.data.action_grid import ACTION_CELLS, PUSH_LEVELS, ROTATIONS, feasible_grasps
 from grasping_invisible.runtime.choice import best_value
 from grasping_invisible.runtime.critic import QMaps
 from grasping_invisible.runtime.heightmap import Heightmaps
@@ -31,8 +31,9 @@ def q_maps(
     planes = torch.from_numpy(rotate_planes(critic_planes(maps, mask, net.planes), rotations))
     with torch.inference_mode():
         outputs = net(planes.to(net.device, memory_format=torch.channels_last))
-    push, grasp = (_all_rotations(output.cpu().numpy(), rotations) for output in outputs)
-    return QMaps(push, grasp)
+    push, grasp = (output.cpu().numpy() for output in outputs)
+    low_and_raised = [_all_rotations(push[:, level], rotations) for level in PUSH_LEVELS]
+    return QMaps(np.stack(low_and_raised), _all_rotations(grasp, rotations))
 
 
 def q_maps_near(
@@ -47,13 +48,14 @@ def q_maps_near(
         for k in rotations
     ]
     windows = [rotated_window(planes, k, top, left, NEAR) for k, (top, left) in zip(rotations, corners, strict=True)]
-    maps_of_kinds = np.full((2, ROTATIONS, ROTATED_CELLS, ROTATED_CELLS), -np.inf, np.float32)
+    maps_of_kinds = np.full((len(PUSH_LEVELS) + 1, ROTATIONS, ROTATED_CELLS, ROTATED_CELLS), -np.inf, np.float32)
     with torch.inference_mode():
-        outputs = net(torch.from_numpy(np.stack(windows)).to(net.device, memory_format=torch.channels_last))
-    for full, values in zip(maps_of_kinds, outputs, strict=True):
-        for k, (top, left), window in zip(rotations, corners, values.cpu().numpy(), strict=True):
-            full[k, top : top + NEAR, left : left + NEAR] = window
-    return QMaps(unrotate(maps_of_kinds[0]), unrotate(maps_of_kinds[1]))
+        push, grasp = net(torch.from_numpy(np.stack(windows)).to(net.device, memory_format=torch.channels_last))
+    values = torch.cat([push, grasp[:, None]], 1).cpu().numpy()
+    for k, (top, left), window in zip(rotations, corners, values, strict=True):
+        maps_of_kinds[:, k, top : top + NEAR, left : left + NEAR] = window
+    *pushes, grasps = map(unrotate, maps_of_kinds)
+    return QMaps(np.stack(pushes), grasps)
 
 
 def best_values(q: QMaps, maps: Heightmaps, mask: NDArray[np.bool_]) -> tuple[float, float]:

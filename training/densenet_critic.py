@@ -11,6 +11,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from grasping_invisible.data.action_grid import PUSH_LEVELS
 from grasping_invisible.runtime.rotation import PLANES
 from grasping_invisible.training.critic_net import CriticNet
 from grasping_invisible.training.densenet import LAYERS_121, DenseNet
@@ -52,8 +53,8 @@ class DenseNetCritic(CriticNet):
             nn.Sequential(ResidualLayer(part, EXTRACTED), ResidualLayer(EXTRACTED, EXTRACTED)) for part in self.parts
         )
         self.trunk = DenseNet(EXTRACTED * len(self.parts), trunk_layers)
-        self.push = _head(self.trunk.channels)
-        self.grasp = _head(self.trunk.channels)
+        self.push = _head(self.trunk.channels, len(PUSH_LEVELS))
+        self.grasp = _head(self.trunk.channels, 1)
 
     def forward(self, planes: Tensor) -> tuple[Tensor, Tensor]:
         """See `CriticNet`."""
@@ -62,13 +63,13 @@ class DenseNetCritic(CriticNet):
         extracted = [extractor(part) for extractor, part in zip(self.extractors, parts, strict=True)]
         features = self.trunk(torch.cat(extracted, 1))
         push, grasp = (
-            functional.interpolate(head(features), size=planes.shape[-2:], mode="bilinear")[:, 0]
+            functional.interpolate(head(features), size=planes.shape[-2:], mode="bilinear")
             for head in (self.push, self.grasp)
         )
-        return torch.sigmoid(push), torch.sigmoid(grasp)
+        return torch.sigmoid(push), torch.sigmoid(grasp)[:, 0]
 
 
-def _head(channels: int) -> nn.Sequential:
+def _head(channels: int, maps: int) -> nn.Sequential:
     widths = (channels, *HEAD_WIDTHS)
     layers = [ResidualLayer(inputs, outputs) for inputs, outputs in pairwise(widths)]
-    return nn.Sequential(*layers, nn.Conv2d(widths[-1], 1, 1))
+    return nn.Sequential(*layers, nn.Conv2d(widths[-1], maps, 1))

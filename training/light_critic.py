@@ -9,6 +9,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from grasping_invisible.data.action_grid import PUSH_LEVELS
 from grasping_invisible.runtime.rotation import PLANES
 from grasping_invisible.training.critic_net import CriticNet
 
@@ -34,18 +35,18 @@ def separable(channels: int) -> nn.Sequential:
 
 
 class Head(nn.Module):
-    """Trunk features at half resolution to one Q map at full resolution."""
+    """Trunk features at half resolution to Q maps at full resolution."""
 
-    def __init__(self, width: int) -> None:
+    def __init__(self, width: int, maps: int) -> None:
         super().__init__()
         self.mix = separable(width)
-        self.quarters = nn.Conv2d(width, 4, 1)
+        self.quarters = nn.Conv2d(width, 4 * maps, 1)
 
     def forward(self, features: Tensor) -> Tensor:
-        """(B, width, H / 2, W / 2) to (B, H, W), values within 0 and 1."""
+        """(B, width, H / 2, W / 2) to (B, maps, H, W), values within 0 and 1."""
         single = functional.pixel_shuffle(self.quarters(self.mix(features)), 2)
         # An arm is a few millimetres off: a cell is worth what its surroundings are.
-        return torch.sigmoid(functional.avg_pool2d(single, 3, 1, 1, count_include_pad=False))[:, 0]
+        return torch.sigmoid(functional.avg_pool2d(single, 3, 1, 1, count_include_pad=False))
 
 
 class LightCritic(CriticNet):
@@ -61,8 +62,8 @@ class LightCritic(CriticNet):
         fine_to_coarse = list(pairwise(widths))
         self.narrow = nn.ModuleList(nn.Conv2d(coarse, fine, 1, bias=False) for fine, coarse in fine_to_coarse)
         self.up = nn.ModuleList(separable(fine) for fine, _ in fine_to_coarse)
-        self.push = Head(widths[0])
-        self.grasp = Head(widths[0])
+        self.push = Head(widths[0], len(PUSH_LEVELS))
+        self.grasp = Head(widths[0], 1)
 
     def forward(self, planes: Tensor) -> tuple[Tensor, Tensor]:
         """See `CriticNet`."""
@@ -74,4 +75,4 @@ class LightCritic(CriticNet):
         for level in (2, 1, 0):
             x = functional.interpolate(self.narrow[level](x), scale_factor=2.0, mode="bilinear")
             x = self.up[level](x + levels[level])
-        return self.push(x), self.grasp(x)
+        return self.push(x), self.grasp(x)[:, 0]

@@ -278,7 +278,7 @@ def _losses(
     indices, weights = replay.draw(rng, settings.batch, step / settings.steps)
     batch = [replay.transitions[index] for index in indices]
     examples = [example(item, net.planes, rng) for item in batch]
-    values = executed_values(net, examples, [item.kind for item in batch])
+    values = executed_values(net, examples, batch)
     targets = replay.targets[indices].to(net.device)
     errors = (values - targets).detach().abs()
     replay.errors[indices] = errors.cpu()

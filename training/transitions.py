@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grasping_invisible.data.action_grid import LOW
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.rewards import PUSH_FREED
@@ -33,6 +34,7 @@ class Transition:
     action grid. `reward`: the paper's. `success`: the goal was grasped or came to light, which ends the episode.
     `then`: the state that followed, None at an end. `hindsight`: the goal was not what the robot was after. `aimed`: it
     is a grasp aimed at the goal. `run`: which run it is from. `consecutive_grasp_failures`: c_g when it was decided on.
+    `level`: of a push, `LOW` or `RAISED`.
     """
 
     seen: PackedMaps
@@ -48,6 +50,7 @@ class Transition:
     aimed: bool
     run: str
     consecutive_grasp_failures: int
+    level: int = LOW
 
     @property
     def looks_ahead(self) -> bool:
@@ -127,6 +130,7 @@ class TransitionReader:
             rotation=row["rotation"],
             row=row["row"],
             column=row["column"],
+            level=row["push_level"],
             reward=reward,
             success=success,
             then=None if success else self._state(row, "after"),

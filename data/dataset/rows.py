@@ -59,6 +59,7 @@ def _decision(decision: gi.Decision) -> dict[str, Any]:
         "rotation": decision.rotation,
         "row": decision.row,
         "column": decision.column,
+        "push_level": decision.push_level,
         "x": decision.position.x,
         "y": decision.position.y,
         "z": decision.position.z,

@@ -8,7 +8,7 @@ import pyarrow.parquet as pq
 
 from grasping_invisible.data.labels import RULES
 
-FORMAT = 3  # counts up when the columns, their meaning, the order of rows or the division into shards changes
+FORMAT = 4  # counts up when the columns, their meaning, the order of rows or the division into shards changes
 GROUP_ROWS = 64  # rows of a row group: some 8 MB
 IMAGES = tuple(f"{when}_{what}" for when in ("before", "after") for what in ("color", "height", "labels"))
 
@@ -46,6 +46,7 @@ SCHEMA = pa.schema(
         ("rotation", pa.int64()),
         ("row", pa.int64()),
         ("column", pa.int64()),
+        ("push_level", pa.int64()),
         ("x", pa.float64()),
         ("y", pa.float64()),
         ("z", pa.float64()),

@@ -236,7 +236,7 @@ class Heightmaps(_message.Message):
     def __init__(self, stamp: _Optional[_Union[datetime.datetime, _timestamp_pb2.Timestamp, _Mapping]] = ..., step: _Optional[int] = ..., rows: _Optional[int] = ..., columns: _Optional[int] = ..., resolution: _Optional[float] = ..., origin: _Optional[_Union[Point, _Mapping]] = ..., color_png: _Optional[bytes] = ..., height_png: _Optional[bytes] = ..., labels_png: _Optional[bytes] = ..., classes: _Optional[_Iterable[str]] = ...) -> None: ...
 
 class QMaps(_message.Message):
-    __slots__ = ("stamp", "step", "rotations", "rows", "columns", "push_min", "push_max", "grasp_min", "grasp_max", "push_png", "grasp_png")
+    __slots__ = ("stamp", "step", "rotations", "rows", "columns", "push_min", "push_max", "grasp_min", "grasp_max", "push_png", "grasp_png", "push_levels")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     STEP_FIELD_NUMBER: _ClassVar[int]
     ROTATIONS_FIELD_NUMBER: _ClassVar[int]
@@ -248,6 +248,7 @@ class QMaps(_message.Message):
     GRASP_MAX_FIELD_NUMBER: _ClassVar[int]
     PUSH_PNG_FIELD_NUMBER: _ClassVar[int]
     GRASP_PNG_FIELD_NUMBER: _ClassVar[int]
+    PUSH_LEVELS_FIELD_NUMBER: _ClassVar[int]
     stamp: _timestamp_pb2.Timestamp
     step: int
     rotations: int
@@ -259,7 +260,8 @@ class QMaps(_message.Message):
     grasp_max: float
     push_png: bytes
     grasp_png: bytes
-    def __init__(self, stamp: _Optional[_Union[datetime.datetime, _timestamp_pb2.Timestamp, _Mapping]] = ..., step: _Optional[int] = ..., rotations: _Optional[int] = ..., rows: _Optional[int] = ..., columns: _Optional[int] = ..., push_min: _Optional[float] = ..., push_max: _Optional[float] = ..., grasp_min: _Optional[float] = ..., grasp_max: _Optional[float] = ..., push_png: _Optional[bytes] = ..., grasp_png: _Optional[bytes] = ...) -> None: ...
+    push_levels: int
+    def __init__(self, stamp: _Optional[_Union[datetime.datetime, _timestamp_pb2.Timestamp, _Mapping]] = ..., step: _Optional[int] = ..., rotations: _Optional[int] = ..., rows: _Optional[int] = ..., columns: _Optional[int] = ..., push_min: _Optional[float] = ..., push_max: _Optional[float] = ..., grasp_min: _Optional[float] = ..., grasp_max: _Optional[float] = ..., push_png: _Optional[bytes] = ..., grasp_png: _Optional[bytes] = ..., push_levels: _Optional[int] = ...) -> None: ...
 
 class FailedPush(_message.Message):
     __slots__ = ("x", "y")
@@ -270,16 +272,18 @@ class FailedPush(_message.Message):
     def __init__(self, x: _Optional[float] = ..., y: _Optional[float] = ...) -> None: ...
 
 class FruitlessAction(_message.Message):
-    __slots__ = ("kind", "x", "y", "yaw")
+    __slots__ = ("kind", "x", "y", "yaw", "push_level")
     KIND_FIELD_NUMBER: _ClassVar[int]
     X_FIELD_NUMBER: _ClassVar[int]
     Y_FIELD_NUMBER: _ClassVar[int]
     YAW_FIELD_NUMBER: _ClassVar[int]
+    PUSH_LEVEL_FIELD_NUMBER: _ClassVar[int]
     kind: MotionKind
     x: float
     y: float
     yaw: float
-    def __init__(self, kind: _Optional[_Union[MotionKind, str]] = ..., x: _Optional[float] = ..., y: _Optional[float] = ..., yaw: _Optional[float] = ...) -> None: ...
+    push_level: int
+    def __init__(self, kind: _Optional[_Union[MotionKind, str]] = ..., x: _Optional[float] = ..., y: _Optional[float] = ..., yaw: _Optional[float] = ..., push_level: _Optional[int] = ...) -> None: ...
 
 class DecisionMemory(_message.Message):
     __slots__ = ("failed_pushes", "consecutive_grasp_failures", "step", "fruitless", "consecutive_pushes")
@@ -304,7 +308,7 @@ class StageTime(_message.Message):
     def __init__(self, stage: _Optional[str] = ..., milliseconds: _Optional[float] = ...) -> None: ...
 
 class Decision(_message.Message):
-    __slots__ = ("stamp", "frame_stamp", "step", "policy", "method", "kind", "rotation", "row", "column", "position", "yaw", "value", "q_push", "q_grasp", "border_ratio", "border_norm", "grasp_probability", "target_pixels", "memory", "seed", "why", "stages", "opening")
+    __slots__ = ("stamp", "frame_stamp", "step", "policy", "method", "kind", "rotation", "row", "column", "position", "yaw", "value", "q_push", "q_grasp", "border_ratio", "border_norm", "grasp_probability", "target_pixels", "memory", "seed", "why", "stages", "opening", "push_level")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     FRAME_STAMP_FIELD_NUMBER: _ClassVar[int]
     STEP_FIELD_NUMBER: _ClassVar[int]
@@ -328,6 +332,7 @@ class Decision(_message.Message):
     WHY_FIELD_NUMBER: _ClassVar[int]
     STAGES_FIELD_NUMBER: _ClassVar[int]
     OPENING_FIELD_NUMBER: _ClassVar[int]
+    PUSH_LEVEL_FIELD_NUMBER: _ClassVar[int]
     stamp: _timestamp_pb2.Timestamp
     frame_stamp: _timestamp_pb2.Timestamp
     step: int
@@ -351,7 +356,8 @@ class Decision(_message.Message):
     why: str
     stages: _containers.RepeatedCompositeFieldContainer[StageTime]
     opening: float
-    def __init__(self, stamp: _Optional[_Union[datetime.datetime, _timestamp_pb2.Timestamp, _Mapping]] = ..., frame_stamp: _Optional[_Union[datetime.datetime, _timestamp_pb2.Timestamp, _Mapping]] = ..., step: _Optional[int] = ..., policy: _Optional[str] = ..., method: _Optional[str] = ..., kind: _Optional[_Union[MotionKind, str]] = ..., rotation: _Optional[int] = ..., row: _Optional[int] = ..., column: _Optional[int] = ..., position: _Optional[_Union[Point, _Mapping]] = ..., yaw: _Optional[float] = ..., value: _Optional[float] = ..., q_push: _Optional[float] = ..., q_grasp: _Optional[float] = ..., border_ratio: _Optional[float] = ..., border_norm: _Optional[float] = ..., grasp_probability: _Optional[float] = ..., target_pixels: _Optional[int] = ..., memory: _Optional[_Union[DecisionMemory, _Mapping]] = ..., seed: _Optional[int] = ..., why: _Optional[str] = ..., stages: _Optional[_Iterable[_Union[StageTime, _Mapping]]] = ..., opening: _Optional[float] = ...) -> None: ...
+    push_level: int
+    def __init__(self, stamp: _Optional[_Union[datetime.datetime, _timestamp_pb2.Timestamp, _Mapping]] = ..., frame_stamp: _Optional[_Union[datetime.datetime, _timestamp_pb2.Timestamp, _Mapping]] = ..., step: _Optional[int] = ..., policy: _Optional[str] = ..., method: _Optional[str] = ..., kind: _Optional[_Union[MotionKind, str]] = ..., rotation: _Optional[int] = ..., row: _Optional[int] = ..., column: _Optional[int] = ..., position: _Optional[_Union[Point, _Mapping]] = ..., yaw: _Optional[float] = ..., value: _Optional[float] = ..., q_push: _Optional[float] = ..., q_grasp: _Optional[float] = ..., border_ratio: _Optional[float] = ..., border_norm: _Optional[float] = ..., grasp_probability: _Optional[float] = ..., target_pixels: _Optional[int] = ..., memory: _Optional[_Union[DecisionMemory, _Mapping]] = ..., seed: _Optional[int] = ..., why: _Optional[str] = ..., stages: _Optional[_Iterable[_Union[StageTime, _Mapping]]] = ..., opening: _Optional[float] = ..., push_level: _Optional[int] = ...) -> None: ...
 
 class StepResult(_message.Message):
     __slots__ = ("stamp", "step", "command_id", "status", "scene_changed", "target_visible", "object_grasped", "target_grasped", "border_decrease", "detail")

@@ -39,7 +39,7 @@ def step_messages(step: int, count: int) -> list[tuple[topics.Topic, Message]]:
         (topics.TRUTH, gi.TruthState(stamp=stamp, scene="pile", target_color="red")),
         (topics.SEGMENTATION, encode_labels(LABELS, now)),
         (topics.HEIGHTMAPS, encode_heightmaps(heightmaps)),
-        (topics.Q_MAPS, encode_q_maps(QMapArrays(now, step, Q, Q))),
+        (topics.Q_MAPS, encode_q_maps(QMapArrays(now, step, np.stack([Q, Q]), Q))),
         (
             topics.DECISION,
             gi.Decision(

@@ -10,7 +10,7 @@ import pytest
 from google.protobuf.message import Message
 from numpy.typing import NDArray
 
-from grasping_invisible.data.action_grid import ACTION_CELLS, ROTATIONS
+from grasping_invisible.data.action_grid import ACTION_CELLS, PUSH_LEVELS, ROTATIONS
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.data.clock import to_timestamp
 from grasping_invisible.data.images import CAMERA_FRAME
@@ -109,7 +109,7 @@ class ColorModels:
     def q_maps(self, maps: Heightmaps, mask: NDArray[np.bool_]) -> QMaps:
         cells = mask.reshape(ACTION_CELLS, 2, ACTION_CELLS, 2).max(axis=(1, 3))
         grasp = np.tile(cells, (ROTATIONS, 1, 1)).astype(np.float32)
-        return QMaps(push=np.full_like(grasp, 0.3), grasp=grasp)
+        return QMaps(push=np.full((len(PUSH_LEVELS), *grasp.shape), 0.3, np.float32), grasp=grasp)
 
     def grasp_probability(self, features: NDArray[np.float32]) -> float:
         return 0.9
@@ -120,7 +120,7 @@ class SetModels:
 
     def __init__(self) -> None:
         shape = (ROTATIONS, ACTION_CELLS, ACTION_CELLS)
-        self.q = QMaps(np.zeros(shape, np.float32), np.zeros(shape, np.float32))
+        self.q = QMaps(np.zeros((len(PUSH_LEVELS), *shape), np.float32), np.zeros(shape, np.float32))
         self.probability = 0.5
         self.masks: list[NDArray[np.bool_]] = []
         self.features: list[NDArray[np.float32]] = []

@@ -61,7 +61,7 @@ def test_q_maps_depend_on_the_target_and_are_the_same_again(folder: Path) -> Non
     mask[80:120, 60:100] = True
     first, again = bundle.q_maps(maps, mask), bundle.q_maps(maps, mask)
     other = bundle.q_maps(maps, np.ones_like(mask))
-    assert first.push.shape == first.grasp.shape == (16, 112, 112)
+    assert (first.push.shape, first.grasp.shape) == ((2, 16, 112, 112), (16, 112, 112))
     np.testing.assert_array_equal(first.push, again.push)
     np.testing.assert_array_equal(first.grasp, again.grasp)
     assert not np.array_equal(first.push, other.push)
@@ -147,7 +147,8 @@ def edit_manifest(before: bytes, after: bytes):
         (edit_manifest(b'"resolution": 0.002', b'"resolution": 0.004'), "critic_input"),
         (edit_manifest(b'"planes": 5', b'"planes": 3'), "critic_input"),
         (edit_manifest(b'"planes": 5', b'"planes": 2'), "critic's shape"),
-        (edit_manifest(b'"format": 1', b'"format": 2'), "format"),
+        (edit_manifest(b'"format": 2', b'"format": 1'), "format"),
+        (edit_manifest(b'"raised_tips": 0.055', b'"raised_tips": 0.03'), "pushes"),
         (edit_manifest(b'"name": "planes"', b'"name": "maps"'), "the manifest says"),
         (edit_manifest(b'"file": "critic.onnx"', b'"file": "../critic.onnx"'), "is missing"),
         (edit_manifest(b'"parity"', b'"purity"'), "purity"),

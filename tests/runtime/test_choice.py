@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from grasping_invisible.data.action_grid import LOW, RAISED
 from grasping_invisible.runtime.choice import Choice, best_action, best_value
 
 SHAPE = (16, 112, 112)
@@ -19,6 +20,18 @@ def test_the_greatest_allowed_value_wins(values):
     assert best_action(values, allowed, np.random.default_rng(0)) == Choice(3, 10, 20, 0.75)
     allowed[3] = False
     assert best_action(values, allowed, np.random.default_rng(0)) == Choice(7, 30, 40, 0.5)
+
+
+def test_a_push_is_chosen_with_its_height(values):
+    allowed = np.ones((2, *SHAPE), bool)
+    pushes = np.stack([values, 2 * values])
+    choice = best_action(pushes, allowed, np.random.default_rng(0))
+    assert choice == Choice(3, 10, 20, 1.5, RAISED)
+    assert choice is not None
+    assert (choice.of(pushes), choice.of(values)) == (1.5, 0.75)
+    # What is the same for both heights is drawn from.
+    drawn = [best_action(values, allowed, np.random.default_rng(seed)) for seed in range(20)]
+    assert {choice.level for choice in drawn if choice} == {LOW, RAISED}
 
 
 def test_negative_values_can_win(values):

@@ -39,7 +39,8 @@ class PlainModels:
         covered = to_action_grid(mask.astype(np.float32))
         slant = np.linspace(0.0, 0.3, covered.size, dtype=np.float32).reshape(covered.shape)
         preference = np.linspace(0.0, 0.1, ROTATIONS, dtype=np.float32)[:, None, None]
-        return QMaps(push=0.2 + slant + preference, grasp=0.5 * covered + slant + preference)
+        push = 0.2 + slant + preference
+        return QMaps(push=np.stack([push, push - 0.1]), grasp=0.5 * covered + slant + preference)
 
     def grasp_probability(self, features):
         assert features.shape == (5,)
@@ -102,7 +103,7 @@ def test_a_hidden_target_is_searched_for_with_a_mask_of_ones(perceived):
     assert models.masks[0].all()
     assert result.exploration is not None
     posterior = result.exploration.posterior
-    assert decision.value == posterior[decision.rotation, decision.row, decision.column]
+    assert decision.value == posterior[decision.level, decision.rotation, decision.row, decision.column]
     assert decision.grasp_probability is None
     heading = math.atan2(GREY[1] - decision.position[1], GREY[0] - decision.position[0])
     assert math.cos(heading - decision.yaw) > 0.5  # towards the block
@@ -114,7 +115,8 @@ def test_the_explorer_method_is_named_and_used(perceived):
     result = deliberate(perceived(GREY), Memory(), PlainModels(0.8), settings, 0)
     assert result.decision.method == "clutter-prior"
     assert result.exploration is not None
-    np.testing.assert_array_equal(result.exploration.posterior, result.exploration.clutter)
+    for posterior in result.exploration.posterior:
+        np.testing.assert_array_equal(posterior, result.exploration.clutter)
 
 
 def test_a_fruitless_grasp_is_not_repeated(perceived):

@@ -25,6 +25,7 @@ def decision(kind: gi.MotionKind, x: float = 0.5, y: float = 0.0, policy: str = 
         rotation=0,
         row=row,
         column=column,
+        level=0,
         position=(x, y, 0.02),
         yaw=0.0,
         opening=0.0,

@@ -1,5 +1,6 @@
 import math
 
+from grasping_invisible.data.action_grid import RAISED
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.memory import (
     FruitlessAction,
@@ -21,13 +22,14 @@ def after(kind: gi.MotionKind, yaw: float) -> Memory:
 
 
 def test_it_survives_the_log():
-    memory = Memory(((0.5, 0.1), (0.4, -0.1)), 2, 7, (FruitlessAction(gi.GRASP, 0.5, 0.0, math.pi / 8),))
+    memory = Memory(((0.5, 0.1), (0.4, -0.1)), 2, 7, (FruitlessAction(gi.PUSH, 0.5, 0.0, math.pi / 8, RAISED),))
     logged = gi.DecisionMemory.FromString(memory_message(memory).SerializeToString())
     assert memory_from_message(logged) == memory
 
 
 def test_a_fruitless_push_and_its_like_are_not_repeated():
-    allowed = untried(gi.PUSH, after(gi.PUSH, 0.0), WORKSPACE)
+    allowed, raised = untried(gi.PUSH, after(gi.PUSH, 0.0), WORKSPACE)
+    assert raised.all()
     assert [k for k in range(16) if not allowed[k][CELL]] == [0, 1, 15]
     assert not allowed[0, CELL[0] + 3, CELL[1]]
     assert allowed[0, CELL[0] + 4, CELL[1]]

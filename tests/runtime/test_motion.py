@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grasping_invisible.data.action_grid import PUSH_LENGTH, ROTATIONS, feasible_grasps, rotation_angle
+from grasping_invisible.data.action_grid import LOW, PUSH_LENGTH, RAISED, ROTATIONS, feasible_grasps, rotation_angle
 from grasping_invisible.runtime import motion
 from grasping_invisible.runtime.rotation import action_grid
 from grasping_invisible.runtime.workspace import Workspace
@@ -51,13 +51,13 @@ def test_grasps_at_the_corners_of_the_workspace_have_a_height(table_with):
 
 def test_a_push_starts_low_on_the_table_and_high_on_a_block(table_with):
     maps = table_with((0.5, 0.0, 0.06, 0.05, "grey"))
-    heights = motion.push_heights(maps)
+    heights = motion.push_heights(maps)[LOW]
     assert heights[0][cell_at(0.40, 0.0)] == pytest.approx(0.015)
     assert heights[0][cell_at(0.5, 0.0)] == pytest.approx(0.05 + 0.003 + 0.008)  # clear of it with the fingertips
 
 
 def test_the_wide_side_of_the_fingers_lies_across_the_push(table_with):
-    heights = motion.push_heights(table_with((0.5, 0.0, 0.04, 0.05, "grey")))
+    heights = motion.push_heights(table_with((0.5, 0.0, 0.04, 0.05, "grey")))[LOW]
     beside = cell_at(0.5, -0.038)  # 18 mm from the block's side
     assert heights[0][beside] == pytest.approx(0.061)  # along +x: the wide side reaches the block
     assert heights[4][beside] == pytest.approx(0.015)  # along +y: the narrow side does not
@@ -66,13 +66,13 @@ def test_the_wide_side_of_the_fingers_lies_across_the_push(table_with):
 def test_a_wild_reading_does_not_lift_a_push(table_with):
     maps = table_with()
     maps.height[100, 100] = 0.25
-    assert motion.push_heights(maps).max() == pytest.approx(0.015)
+    assert motion.push_heights(maps)[LOW].max() == pytest.approx(0.015)
 
 
 @pytest.mark.parametrize("k", range(ROTATIONS))
 def test_pushes_towards_a_block_are_feasible_and_pushes_away_from_it_are_not(table_with, k):
     maps = table_with((0.5, 0.0, 0.05, 0.05, "grey"))
-    feasible = motion.feasible_pushes(maps, motion.push_heights(maps))
+    feasible = motion.feasible_pushes(maps, motion.push_heights(maps))[LOW]
     yaw = rotation_angle(k)
     before = cell_at(0.5 - 0.07 * math.cos(yaw), -0.07 * math.sin(yaw))
     behind = cell_at(0.5 + 0.07 * math.cos(yaw), 0.07 * math.sin(yaw))
@@ -85,8 +85,26 @@ def test_a_push_over_a_flat_top_meets_nothing_but_a_second_storey_does(table_wit
     flat = table_with(block)
     stacked = table_with(block, (0.56, 0.0, 0.05, 0.10, "grey"))
     on_top = cell_at(0.5, 0.0)
-    assert not motion.feasible_pushes(flat, motion.push_heights(flat))[0][on_top]
-    assert motion.feasible_pushes(stacked, motion.push_heights(stacked))[0][on_top]
+    assert not motion.feasible_pushes(flat, motion.push_heights(flat))[:, 0, *on_top].any()
+    assert motion.feasible_pushes(stacked, motion.push_heights(stacked))[LOW, 0, *on_top]
+
+
+def test_a_raised_push_takes_the_roof_and_leaves_what_it_stands_on(table_with):
+    house = table_with((0.5, 0.0, 0.06, 0.10, "grey"))
+    heights = motion.push_heights(house)
+    before, on_top = cell_at(0.42, 0.0), cell_at(0.5, 0.0)
+    assert heights[RAISED, 0, *before] - motion.FINGERTIPS == pytest.approx(motion.RAISED_TIPS)
+    assert motion.feasible_pushes(house, heights)[:, 0, *before].all()
+    # Where the low push is as high, the raised one is the same.
+    assert heights[RAISED, 0, *on_top] == heights[LOW, 0, *on_top]
+    assert not motion.feasible_pushes(house, heights)[RAISED, 0, *on_top]
+
+
+def test_a_raised_push_passes_over_what_a_hand_can_take_whole(table_with):
+    block = table_with((0.5, 0.0, 0.06, 0.05, "grey"))
+    feasible = motion.feasible_pushes(block, motion.push_heights(block))
+    assert feasible[LOW].any()
+    assert not feasible[RAISED].any()
 
 
 def test_an_empty_table_offers_no_push(table_with):
@@ -125,9 +143,9 @@ def test_no_motion_starts_above_what_the_arm_may_reach(table_with):
     maps = table_with(pile, (x + 0.06, y, 0.04, 0.29, "red"), (x - 0.12, y, 0.04, 0.05, "red"))
     heights = motion.push_heights(maps)
     on_top = cell_at(x, y)
-    assert heights[0][on_top] > motion.MAX_TCP_HEIGHT
-    assert not motion.feasible_pushes(maps, heights)[0][on_top]
-    assert not motion.open_pushes(WORKSPACE, heights)[0][on_top]
+    assert heights[LOW, 0, *on_top] > motion.MAX_TCP_HEIGHT
+    assert not motion.feasible_pushes(maps, heights)[:, 0, *on_top].any()
+    assert not motion.open_pushes(WORKSPACE, heights)[:, 0, *on_top].any()
 
     aimed = feasible_grasps(maps.labels == 1, WORKSPACE.resolution)
     low = motion.low_grasps(maps, aimed)

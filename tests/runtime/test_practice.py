@@ -20,7 +20,7 @@ def test_half_of_the_motions_are_the_coordinators_and_half_any_that_it_chooses_f
         assert options is not None
         choice = proposal.choice
         allowed = options.pushes if proposal.kind == gi.PUSH else options.grasps
-        assert allowed[choice.rotation, choice.row, choice.column]
+        assert choice.of(allowed)
         practised = "practice" in proposal.why
         by[practised, proposal.kind] += 1
         if practised:

@@ -1,6 +1,6 @@
 from collections import Counter
 
-from grasping_invisible.data.action_grid import feasible_grasps
+from grasping_invisible.data.action_grid import LOW, feasible_grasps
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.random_motion import random_motion
 
@@ -17,8 +17,9 @@ def test_any_cell_and_angle_on_the_target_by_the_flip_of_a_coin(situation, set_m
         assert proposal is not None
         choice = proposal.choice
         on_target = feasible_grasps(asked.perception.mask, asked.maps.workspace.resolution)
-        assert on_target[choice.rotation, choice.row, choice.column]
-        assert choice.value == (set_models.q.push if proposal.kind == gi.PUSH else set_models.q.grasp)[0, 0, 0]
+        assert choice.of(on_target)
+        assert choice.level == LOW
+        assert choice.value == (set_models.q.push if proposal.kind == gi.PUSH else set_models.q.grasp).flat[0]
         kinds[proposal.kind] += 1
         cells.add((choice.row, choice.column))
         rotations.add(choice.rotation)

@@ -23,7 +23,7 @@ def near(asked, x: float, y: float, radius: float) -> np.ndarray:
 def test_vpg_takes_the_greatest_value_of_all_whatever_it_is_for(situation, set_models, kind) -> None:
     asked = situation(RED, GREY)
     values = set_models.q.push if kind == gi.PUSH else set_models.q.grasp
-    values[:, near(asked, *GREY[:2], 0.08)] = 0.6
+    values[..., near(asked, *GREY[:2], 0.08)] = 0.6
     proposal = vpg(asked)
     assert proposal.kind == kind
     assert np.hypot(*np.subtract(place_of(proposal, asked), GREY[:2])) <= 0.08
@@ -49,8 +49,8 @@ def test_vpg_pushes_through_thin_air_where_there_is_nothing(situation) -> None:
 def test_mask_vpg_keeps_to_the_targets_mask(situation, set_models, kind) -> None:
     asked = situation(RED, GREY)
     values = set_models.q.push if kind == gi.PUSH else set_models.q.grasp
-    values[:, near(asked, *GREY[:2], 0.08)] = 0.9  # better, but not the target's
-    values[:, near(asked, *RED[:2], 0.08)] = 0.6
+    values[..., near(asked, *GREY[:2], 0.08)] = 0.9  # better, but not the target's
+    values[..., near(asked, *RED[:2], 0.08)] = 0.6
     proposal = mask_vpg(asked)
     assert proposal is not None
     assert (proposal.kind, proposal.choice.value) == (kind, pytest.approx(0.6))

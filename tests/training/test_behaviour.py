@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from grasping_invisible.data.action_grid import ACTION_CELLS, ROTATIONS
+from grasping_invisible.data.action_grid import ACTION_CELLS, PUSH_LEVELS, RAISED, ROTATIONS
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.sim_robot.robot import SimRobot
@@ -42,7 +42,7 @@ def test_labels_are_the_simulators_own(robot):
 def test_exploring_pushes_favour_the_way_to_the_target(robot, k):
     maps, mask = empty_table(), np.zeros((224, 224), bool)
     mask[108:116, 108:116] = True
-    push = Behaviour(robot, None, 1.0, False, 0).q_maps(maps, mask).push
+    push = Behaviour(robot, None, 1.0, False, 0).q_maps(maps, mask).push[RAISED]
     best_row, best_column = np.unravel_index(push[k].argmax(), push[k].shape)
     yaw = k * 2 * np.pi / ROTATIONS
     to_target = np.array([55.5 - best_column, best_row - 55.5])  # x right, y up
@@ -57,4 +57,4 @@ def test_same_seed_same_noise_other_seed_other_noise(robot):
     first, again, other = (Behaviour(robot, None, 1.0, False, seed).q_maps(maps, mask) for seed in (1, 1, 2))
     np.testing.assert_array_equal(first.grasp, again.grasp)
     assert (first.grasp != other.grasp).any()
-    assert first.push.shape == (ROTATIONS, ACTION_CELLS, ACTION_CELLS)
+    assert first.push.shape == (len(PUSH_LEVELS), ROTATIONS, ACTION_CELLS, ACTION_CELLS)

@@ -23,7 +23,7 @@ class HeightAsValue(CriticNet):
         self.weight = torch.nn.Parameter(torch.zeros(1))
 
     def forward(self, planes: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        return planes[:, 0], planes[:, 0]
+        return planes[:, [0, 0]], planes[:, 0]
 
 
 def state(height: float) -> PackedMaps:

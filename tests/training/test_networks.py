@@ -39,8 +39,8 @@ def test_q_maps_are_as_large_as_their_planes(network: str, inputs: str) -> None:
     assert net.planes == CRITIC_INPUTS[inputs]
     with torch.inference_mode():
         maps = net(torch.rand(2, net.planes, 48, 32))
+    assert [q_map.shape for q_map in maps] == [(2, 2, 48, 32), (2, 48, 32)]
     for q_map in maps:
-        assert q_map.shape == (2, 48, 32)
         assert ((q_map > 0) & (q_map < 1)).all()
 
 
@@ -65,17 +65,17 @@ def test_the_paper_s_critic_has_a_densenet_121_in_the_usual_names() -> None:
     } <= names
 
 
-def test_executed_reads_row_then_column() -> None:
-    q_map = torch.arange(24.0).reshape(2, 3, 4)
-    values = executed(q_map, torch.tensor([[2, 1], [0, 3]]))
-    np.testing.assert_array_equal(values.numpy(), [9.0, 15.0])
+def test_executed_reads_map_row_and_column() -> None:
+    q_maps = torch.arange(48.0).reshape(2, 2, 3, 4)
+    values = executed(q_maps, torch.tensor([[0, 2, 1], [1, 0, 3]]))
+    np.testing.assert_array_equal(values.numpy(), [9.0, 39.0])
 
 
 def test_only_the_executed_cells_are_trained() -> None:
-    q_map = torch.zeros(1, 5, 5, requires_grad=True)
-    executed(q_map, torch.tensor([[3, 2]])).sum().backward()
-    assert q_map.grad is not None
-    assert torch.nonzero(q_map.grad[0]).tolist() == [[3, 2]]
+    q_maps = torch.zeros(1, 3, 5, 5, requires_grad=True)
+    executed(q_maps, torch.tensor([[1, 3, 2]])).sum().backward()
+    assert q_maps.grad is not None
+    assert torch.nonzero(q_maps.grad[0]).tolist() == [[1, 3, 2]]
 
 
 def test_a_shifted_scene_has_shifted_values() -> None:

@@ -48,6 +48,7 @@ def row_of(kind: str, **what) -> dict:
         "rotation": 3,
         "row": 55,
         "column": 55,
+        "push_level": 0,
         "usable": True,
         "scene_changed": False,
         "object_grasped": False,
