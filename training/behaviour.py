@@ -15,7 +15,7 @@ from grasping_invisible.runtime.situation import Models
 from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.sim_robot.robot import SimRobot
 
-NOISE = np.float32(0.02)  # of greedy Q values, so that equal situations do not always bring the same action
+NOISE = 0.02  # of greedy Q values, so that equal situations do not always bring the same action
 
 
 def random_maps(mask: NDArray[np.bool_], workspace: Workspace, rng: np.random.Generator) -> QMaps:
@@ -31,12 +31,14 @@ def random_maps(mask: NDArray[np.bool_], workspace: Workspace, rng: np.random.Ge
 
 def noisy(learned: QMaps, rng: np.random.Generator) -> QMaps:
     """A critic's Q maps with a little noise."""
-    push, grasp = (values + NOISE * _noise(values.shape, rng) for values in (learned.push, learned.grasp))
-    return QMaps(push, grasp)
+    return QMaps(
+        push=learned.push + _noise(learned.push.shape, rng, NOISE),
+        grasp=learned.grasp + _noise(learned.grasp.shape, rng, NOISE),
+    )
 
 
-def _noise(shape: tuple[int, ...], rng: np.random.Generator) -> NDArray[np.float32]:
-    return rng.random(shape, dtype=np.float32)
+def _noise(shape: tuple[int, ...], rng: np.random.Generator, scale: float = 1.0) -> NDArray[np.float32]:
+    return np.multiply(rng.random(shape, dtype=np.float32), scale, dtype=np.float32)
 
 
 class Behaviour:

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from grasping_invisible.data.action_grid import LOW, RAISED
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.errors import RobotError
 from grasping_invisible.runtime.heightmap import project
@@ -103,10 +104,24 @@ def test_a_push_over_a_block_moves_what_stands_on_its_neighbour_and_nothing_else
     row, column = action_grid(robot.workspace).cell_of(middle[0] - 0.032, middle[1])
     x, y = cell_position(row, column, robot.workspace)
     before = position_of(robot, "red"), position_of(robot, "grey")
-    outcome = robot.execute(command(gi.PUSH, x, y, middle[2] + float(push_heights(maps)[0, row, column])))
+    outcome = robot.execute(command(gi.PUSH, x, y, middle[2] + float(push_heights(maps)[LOW, 0, row, column])))
     assert outcome.path_fraction > 0.5, outcome.detail  # it may be blocked once the red one tips over the edge
     assert position_of(robot, "red")[0] - before[0][0] > 0.03
     assert np.linalg.norm(position_of(robot, "grey") - before[1]) < 0.005
+
+
+@pytest.mark.parametrize(("level", "roof_alone"), [(RAISED, True), (LOW, False)])
+def test_a_raised_push_takes_the_roof_off_a_house_that_a_low_one_moves_as_a_whole(make, level, roof_alone):
+    walls = block(color="grey", x=-0.026), block(color="grey", x=0.026)
+    robot = make(*walls, block("plank", z=0.064))
+    middle = robot.workspace.center
+    maps = project(robot.observe(), robot.truth_labels(), robot.workspace)
+    row, column = action_grid(robot.workspace).cell_of(middle[0] - 0.085, middle[1])
+    roof, wall = position_of(robot, "red"), position_of(robot, "grey")
+    height = middle[2] + float(push_heights(maps)[level, 0, row, column])
+    robot.execute(command(gi.PUSH, *cell_position(row, column, robot.workspace), height))
+    assert np.linalg.norm(position_of(robot, "red") - roof) > 0.03
+    assert (np.linalg.norm(position_of(robot, "grey") - wall) < 0.005) == roof_alone
 
 
 def test_a_push_into_something_heavy_is_blocked_and_says_how_far_it_came(make):
