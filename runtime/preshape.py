@@ -35,13 +35,16 @@ def preshape(mask: NDArray[np.bool_], workspace: Workspace, cell: tuple[float, f
     """Fingers for a grasp at a cell, (x, y) in metres, base frame, that closes along `yaw` radians.
 
     `mask`: (N, N) bool, the target's heightmap cells. Fully open in the cell itself where the target does not show
-    there, as when something else is grasped, and where it is too broad to be closed on.
+    there, as when something else is grasped, where it is too broad to be closed on, and where its middle lies beyond the
+    workspace.
     """
     span = _span(mask, workspace, cell, yaw)
     if span is None or span[1] - span[0] > MAX_OPENING:
         return FULLY_OPEN
     low, high = span
     shift = min(max((low + high) / 2, -MAX_SHIFT), MAX_SHIFT)
+    if not workspace.contains(cell[0] + shift * math.cos(yaw), cell[1] + shift * math.sin(yaw)):
+        return FULLY_OPEN
     opening = max(2 * (max(high - shift, shift - low) + CLEARANCE), MIN_OPENING)
     return Preshape(shift, opening if opening <= MAX_OPENING else 0.0)
 

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from grasping_invisible.runtime.preshape import (
@@ -74,3 +74,13 @@ def test_half_a_turn_is_the_same_grasp_and_the_limits_hold(length, breadth, lies
     assert one.shift == pytest.approx(-other.shift, abs=1e-9)
     assert abs(one.shift) <= MAX_SHIFT
     assert one.opening == 0.0 or MIN_OPENING <= one.opening <= MAX_OPENING
+
+
+@given(st.floats(0.01, 0.1), st.floats(-0.02, 0.02), st.floats(-4, 4))
+@example(0.03, -0.012, math.pi / 4)
+def test_no_grasp_is_moved_out_of_the_workspace(length, aside, yaw) -> None:
+    edge = SPACE.low[1]
+    strip = block(length, 0.006, middle=(MIDDLE[0] + aside, edge + 0.003))
+    x, y = MIDDLE[0], edge + 0.002  # in the outermost row of the action grid
+    fingers = preshape(strip, SPACE, (x, y), yaw)
+    assert SPACE.contains(x + fingers.shift * math.cos(yaw), y + fingers.shift * math.sin(yaw))
