@@ -166,9 +166,10 @@ class LogMaker:
 
 def _values(rng: np.random.Generator) -> gi.QMaps:
     """Q maps as smooth as a critic's."""
-    coarse = rng.uniform(0, 1, (2 * ROTATIONS, 8, 8)).astype(np.float32)
+    coarse = rng.uniform(0, 1, ((len(PUSH_LEVELS) + 1) * ROTATIONS, 8, 8)).astype(np.float32)
     stack = np.stack([cv2.resize(values, (ACTION_CELLS, ACTION_CELLS)) for values in coarse])
-    return encode_q_maps(QMapArrays(0, 0, stack[:ROTATIONS], stack[ROTATIONS:]))
+    *pushes, grasps = stack.reshape(-1, ROTATIONS, ACTION_CELLS, ACTION_CELLS)
+    return encode_q_maps(QMapArrays(0, 0, np.stack(pushes), grasps))
 
 
 def _frame(rng: np.random.Generator) -> list[tuple[Topic, CompressedImage | RawImage]]:

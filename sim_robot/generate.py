@@ -22,7 +22,7 @@ REACH = 0.19  # metres from the workspace's centre, along x and y, within which 
 SETTLE_SECONDS = 3.0
 COVERED_BLOCKS = 5  # grey blocks, at most, that hide a target in a pile: walls and a roof
 HIDDEN_PIXELS = 40  # of the target in the camera image: fewer count as hidden
-CRADLED = 0.25  # share of packed and covered piles whose first block is a cylinder in the tunnels of arches
+CRADLED = 0.35  # share of packed and covered piles whose first block is a cylinder in the tunnels of arches
 WALLED_TWICE = 0.3  # share of the other packed piles with more blocks around those that surround the target
 COLUMN_STEP, LAYER_STEP = 0.125, 0.125  # metres between objects about to be dropped; no block is longer
 

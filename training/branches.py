@@ -54,7 +54,8 @@ class Standing(Enum):
     FREE = "one of its best grasps takes it"
 
 
-PUSHES = {Standing.HIDDEN: 12, Standing.STUCK: 12, Standing.FREE: 1}  # half of them at random, and the first
+PUSHES = {Standing.HIDDEN: 12, Standing.STUCK: 12, Standing.FREE: 1}
+RANDOM_PUSHES = 3  # one in so many is drawn at random, and the first
 
 
 @dataclass
@@ -214,7 +215,7 @@ class _Session:
         led_to: list[tuple[Standing, int]] = []
         tried: list[FruitlessAction] = []
         for index in range(pushes):
-            self._chooser.kind, self._chooser.greedy = gi.PUSH, index > pushes // 2
+            self._chooser.kind, self._chooser.greedy = gi.PUSH, index > pushes // RANDOM_PUSHES
             after = self._attempt(perception, frame, target, tried)
             if after is not None:
                 reached = self._robot.save()
