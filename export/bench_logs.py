@@ -10,7 +10,7 @@ from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from google.protobuf.message import Message
 
 from grasping_invisible.data import topics
-from grasping_invisible.data.action_grid import ACTION_CELLS, PUSH_LENGTH, ROTATIONS, rotation_angle
+from grasping_invisible.data.action_grid import ACTION_CELLS, PUSH_LENGTH, PUSH_LEVELS, ROTATIONS, rotation_angle
 from grasping_invisible.data.classes import CLASSES, GREY, RGB, TARGET_COLORS
 from grasping_invisible.data.clock import to_timestamp
 from grasping_invisible.data.heightmap_message import HeightmapArrays, encode_heightmaps

@@ -35,8 +35,8 @@ def preshape(mask: NDArray[np.bool_], workspace: Workspace, cell: tuple[float, f
     """Fingers for a grasp at a cell, (x, y) in metres, base frame, that closes along `yaw` radians.
 
     `mask`: (N, N) bool, the target's heightmap cells. Fully open in the cell itself where the target does not show
-    there, as when something else is grasped, where it is too broad to be closed on, and where centring on it would mean
-    to leave the workspace.
+    there, as when something else is grasped, where it is too broad to be closed on, and where centring on it means
+    leaving the workspace.
     """
     span = _span(mask, workspace, cell, yaw)
     if span is None or span[1] - span[0] > MAX_OPENING:
