@@ -1,10 +1,10 @@
 """Branching: from each state of a scene many motions are tried, and after each the world is put back.
 
 A state is dear (a pile to settle, an image to render) and a motion from it is cheap, so trying dozens of grasps and
-pushes from one costs little more than a few, and tells the critic which of them tell apart. Some of the
-motions are drawn at random, the others are what the models think best, which is where they must be right. Greedy grasps follow each push:
-what a push is worth is how well the target can be grasped after it. Pushes are tried where they are needed: many while
-the target is hidden or none of its best grasps takes it, hardly any where one does.
+pushes from one costs little more than a few, and tells the critic which of them tell apart. Some of the motions are
+drawn at random, the others are what the models think best, which is where they must be right. Greedy grasps follow each
+push: what a push is worth is how well the target can be grasped after it. Pushes are tried where they are needed: many
+while the target is hidden or none of its best grasps takes it, hardly any where one does.
 """
 
 import time
