@@ -27,9 +27,10 @@ PUSH_CLEARANCE = 0.003  # metres between the fingertips and what they stand abov
 RAISED_TIPS = 0.055  # metres above the table, fingertips of a raised push: over anything that the hand can take whole
 PUSH_OVERLAP = 0.008  # metres by which something ahead must stand higher than the fingertips, to be pushed
 PUSH_NEARNESS = 0.03  # metres from the target within which a push for it has to pass
-# Metres from the workspace's edge at which a push must end: what it moves lies ahead of it, and what leaves
-# the workspace is lost.
+# Metres from the workspace's edge at which a push must end, and metres ahead of its end that must lie inside too: there
+# is what it moves, and what leaves the workspace is lost.
 PUSH_END_INSET = 0.03
+PUSH_AHEAD = 0.07
 
 
 def cell_position(row: float, column: float, workspace: Workspace) -> tuple[float, float]:
@@ -68,8 +69,8 @@ def push_heights(maps: Heightmaps) -> NDArray[np.float32]:
 def feasible_pushes(maps: Heightmaps, heights: NDArray[np.float32]) -> NDArray[np.bool_]:
     """Which pushes can be made and would meet something: (2, 16, 112, 112) bool.
 
-    `heights`: of `push_heights`. A push is left out where it would end nearer than `PUSH_END_INSET` to the
-    workspace's edge or beyond it, where it would start above `MAX_TCP_HEIGHT`, or where nothing along its way stands
+    `heights`: of `push_heights`. A push is left out where it would not end well inside the workspace
+    (`ends_inside`), where it would start above `MAX_TCP_HEIGHT`, or where nothing along its way stands
     higher than the fingertips; a raised one also where the low one is as high.
     """
     ahead = np.zeros_like(heights[LOW])
@@ -114,13 +115,23 @@ def _way(k: int, cell: float) -> NDArray[np.uint8]:
 
 @lru_cache(maxsize=4)
 def ends_inside(workspace: Workspace) -> NDArray[np.bool_]:
-    """Which pushes end inside the workspace, `PUSH_END_INSET` from its edge: (16, 112, 112) bool."""
+    """Which pushes end inside the workspace, and so does what they move: (16, 112, 112) bool.
+
+    They end `PUSH_END_INSET` from its edge or farther, and `PUSH_AHEAD` before it as they go.
+    """
+    return _inside_after(PUSH_LENGTH, PUSH_END_INSET, workspace) & _inside_after(
+        PUSH_LENGTH + PUSH_AHEAD, 0.0, workspace
+    )
+
+
+def _inside_after(distance: float, inset: float, workspace: Workspace) -> NDArray[np.bool_]:
+    """Whether the point `distance` metres ahead of each cell lies `inset` metres inside the workspace's edge."""
     grid = action_grid(workspace)
     cells = np.arange(ACTION_CELLS) + 0.5
     yaw = ANGLES[:, None, None]
-    x = grid.low[0] + cells * grid.resolution + PUSH_LENGTH * np.cos(yaw)
-    y = grid.high[1] - cells[:, None] * grid.resolution + PUSH_LENGTH * np.sin(yaw)
-    inset = PUSH_END_INSET - 1e-9
+    x = grid.low[0] + cells * grid.resolution + distance * np.cos(yaw)
+    y = grid.high[1] - cells[:, None] * grid.resolution + distance * np.sin(yaw)
+    inset -= 1e-9
     inside = (x >= grid.low[0] + inset) & (x <= grid.high[0] - inset)
     return inside & (y >= grid.low[1] + inset) & (y <= grid.high[1] - inset)
 

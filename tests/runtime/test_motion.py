@@ -116,15 +116,22 @@ def test_an_empty_table_offers_no_push(table_with):
 def test_pushes_end_well_inside_the_workspace(k, row, column):
     x, y = motion.cell_position(row, column, WORKSPACE)
     yaw = rotation_angle(k)
-    end = x + PUSH_LENGTH * math.cos(yaw), y + PUSH_LENGTH * math.sin(yaw)
-    to_the_edge = min(
-        end[0] - WORKSPACE.low[0],
-        WORKSPACE.high[0] - end[0],
-        end[1] - WORKSPACE.low[1],
-        WORKSPACE.high[1] - end[1],
-    )
-    if abs(to_the_edge - motion.PUSH_END_INSET) > 1e-6:
-        assert motion.ends_inside(WORKSPACE)[k, row, column] == (to_the_edge > motion.PUSH_END_INSET)
+
+    def to_the_edge(ahead: float) -> float:
+        at = x + ahead * math.cos(yaw), y + ahead * math.sin(yaw)
+        return min(*np.subtract(at, WORKSPACE.low[:2]), *np.subtract(WORKSPACE.high[:2], at))
+
+    margins = to_the_edge(PUSH_LENGTH) - motion.PUSH_END_INSET, to_the_edge(PUSH_LENGTH + motion.PUSH_AHEAD)
+    if min(map(abs, margins)) > 1e-6:
+        assert motion.ends_inside(WORKSPACE)[k, row, column] == (min(margins) > 0)
+
+
+def test_a_push_along_the_edge_is_allowed_and_one_towards_it_is_not():
+    x, y = WORKSPACE.high[0] - 0.04, WORKSPACE.center[1]
+    inside = motion.ends_inside(WORKSPACE)
+    assert inside[4][cell_at(x, y - 0.05)]
+    assert not inside[0][cell_at(x - PUSH_LENGTH, y)]  # it would end there, and drive what it meets out
+    assert inside[0][cell_at(x - PUSH_LENGTH - motion.PUSH_AHEAD, y)]
 
 
 @pytest.mark.parametrize(
