@@ -1,12 +1,16 @@
 """The exploration policy: where to push while the target is not seen (paper, sections IV-B and VII-A)."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
+from grasping_invisible.data.action_grid import PUSH_LENGTH
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.choice import Choice, best_action, best_value
 from grasping_invisible.runtime.explorer_maps import ExplorationMaps, exploration_maps
-from grasping_invisible.runtime.motion import ends_inside, open_pushes, pushes_towards
+from grasping_invisible.runtime.failures import REMEMBERED
+from grasping_invisible.runtime.motion import PUSH_NEARNESS, ends_inside, open_pushes, pushes_towards
 from grasping_invisible.runtime.situation import Proposal, Situation
 
 
@@ -14,7 +18,7 @@ def explore(situation: Situation, method: str = "explorer") -> Proposal:
     """The explorational push of a method in `FACTORS`; there is always one, if only through thin air."""
     q_maps = situation.agnostic_q_maps()
     maps = exploration_maps(situation.maps, q_maps.push, situation.memory.failed_pushes, method)
-    allowed, caveat = _towards_glimpse(situation, *pushes_left(situation))
+    allowed, caveat = _towards_hint(situation, *pushes_left(situation))
     choice, by = best_push(maps, allowed, situation.rng)
     return Proposal(
         gi.PUSH,
@@ -65,13 +69,23 @@ def pushes_left(situation: Situation) -> tuple[NDArray[np.bool_], str]:
     return open_way, "; nothing stands high enough to be pushed"
 
 
-def _towards_glimpse(situation: Situation, allowed: NDArray[np.bool_], caveat: str) -> tuple[NDArray[np.bool_], str]:
-    """Of some pushes those that pass where the target shows from the side, if it does and there are any."""
-    glimpse = situation.perception.glimpse
-    if not glimpse.any():
+def _towards_hint(situation: Situation, allowed: NDArray[np.bool_], caveat: str) -> tuple[NDArray[np.bool_], str]:
+    """Of some pushes those that pass where a little of the target shows, if it does and there are any.
+
+    A hint that the latest pushes all came near in vain may be none, and is left aside.
+    """
+    hint, maps = situation.perception.hint, situation.maps
+    if not hint.any() or _came_near_in_vain(situation):
         return allowed, caveat
-    there = allowed & pushes_towards(glimpse, situation.maps.workspace)
-    return (there, f"{caveat}; it shows from the side there") if there.any() else (allowed, caveat)
+    there = allowed & pushes_towards(hint, maps.workspace)
+    return (there, f"{caveat}; a little of it shows there") if there.any() else (allowed, caveat)
+
+
+def _came_near_in_vain(situation: Situation) -> bool:
+    row, column = np.argwhere(situation.perception.hint).mean(axis=0)
+    middle = situation.maps.workspace.cell_center(float(row), float(column))
+    failed = situation.memory.failed_pushes
+    return len(failed) == REMEMBERED and all(math.dist(push, middle) <= PUSH_LENGTH + PUSH_NEARNESS for push in failed)
 
 
 def unseen(situation: Situation) -> str:

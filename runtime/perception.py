@@ -16,6 +16,7 @@ from grasping_invisible.runtime.workspace import Workspace
 # Below these the target counts as not seen: a segmenter's speckle must not end an exploration. At the usual
 # distance a pixel covers a little over one square millimetre of the table.
 MIN_PATCH_PIXELS = 30  # of one connected patch; smaller ones are ignored
+MIN_HINT_PIXELS = 12  # of one connected patch: where to look for the target, until it is seen
 MIN_TARGET_PIXELS = 100  # of all remaining patches together
 MIN_TARGET_CELLS = 16  # of the heightmap, after projection: the target lies in the workspace
 
@@ -36,7 +37,7 @@ class Perception:
     is removed from their labels. `mask`: (N, N) bool, the target's heightmap cells, all false when it is not
     seen. `target_pixels`: of the target in the image, without speckle. `stage_ms`: time each stage took.
     `glimpse`: (N, N) bool, the cells over which it shows in the image, though from above something else covers it; all
-    false when it is seen, or not at all.
+    false when it is seen, or not at all. `hint`: the same for however little of it, too little to count.
     """
 
     labels: NDArray[np.uint8]
@@ -44,6 +45,7 @@ class Perception:
     mask: NDArray[np.bool_]
     target_pixels: int
     glimpse: NDArray[np.bool_]
+    hint: NDArray[np.bool_]
     stage_ms: dict[str, float]
 
     @property
@@ -77,22 +79,23 @@ def perceive(frame: RgbdFrame, segmenter: Segmenter, target: str, workspace: Wor
     mask = maps.labels == index
     if pixels < MIN_TARGET_PIXELS or np.count_nonzero(mask) < MIN_TARGET_CELLS:
         mask = np.zeros_like(mask)
-    glimpse = np.zeros_like(mask)
-    if not mask.any() and pixels >= MIN_TARGET_PIXELS:
+    glimpse = hint = np.zeros_like(mask)
+    if not mask.any() and is_target.any():
+        hint = points_over(frame, target_patches(is_target, MIN_HINT_PIXELS), workspace) > 0
         points = points_over(frame, patches, workspace)
         glimpse = points > 0 if points.sum() >= MIN_TARGET_PIXELS else glimpse
     watch.lap("project")
-    return Perception(labels, maps, mask, pixels, glimpse, watch.laps)
+    return Perception(labels, maps, mask, pixels, glimpse, hint, watch.laps)
 
 
-def target_patches(is_target: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """The target's pixels, (H, W) bool, without connected patches smaller than `MIN_PATCH_PIXELS`."""
+def target_patches(is_target: NDArray[np.bool_], smallest: int = MIN_PATCH_PIXELS) -> NDArray[np.bool_]:
+    """The target's pixels, (H, W) bool, without connected patches of fewer than `smallest`."""
     if not is_target.any():
         return is_target
     x, y, width, height = cv2.boundingRect(is_target.astype(np.uint8))
     box = np.s_[y : y + height, x : x + width]
     _, patch, statistics, _ = cv2.connectedComponentsWithStats(is_target[box].astype(np.uint8), connectivity=8)
-    large = np.asarray(statistics)[:, cv2.CC_STAT_AREA] >= MIN_PATCH_PIXELS
+    large = np.asarray(statistics)[:, cv2.CC_STAT_AREA] >= smallest
     large[0] = False  # what is not target
     patches = np.zeros_like(is_target)
     patches[box] = large[np.asarray(patch, np.intp)]

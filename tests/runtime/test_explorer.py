@@ -5,6 +5,7 @@ import pytest
 
 from grasping_invisible.runtime.explorer import best_push, explore
 from grasping_invisible.runtime.explorer_maps import FACTORS, exploration_maps
+from grasping_invisible.runtime.memory import Memory
 from grasping_invisible.runtime.motion import cell_position, pushes_towards
 
 SHAPE = (16, 112, 112)
@@ -82,16 +83,19 @@ def test_with_nothing_to_go_by_it_still_keeps_away_from_failures(table_with):
     assert choice.value == pytest.approx(1.0, abs=0.01)
 
 
-def test_it_pushes_where_the_target_shows_from_the_side(situation):
+def test_it_pushes_where_a_little_of_the_target_shows(situation):
     heaps = (0.42, 0.0, 0.05, 0.05, "grey"), (0.64, 0.0, 0.05, 0.05, "grey")
     for x, *_ in heaps:
         searching = situation(*heaps)
         maps = searching.maps
         row, column = maps.workspace.cell_of(x, 0.0)
-        glimpse = np.zeros_like(searching.perception.mask)
-        glimpse[int(row) - 3 : int(row) + 3, int(column) - 3 : int(column) + 3] = True
-        there = replace(searching, perception=replace(searching.perception, glimpse=glimpse))
+        hint = np.zeros_like(searching.perception.mask)
+        hint[int(row) - 3 : int(row) + 3, int(column) - 3 : int(column) + 3] = True
+        there = replace(searching, perception=replace(searching.perception, hint=hint))
         proposal = explore(there)
-        choice = proposal.choice
-        assert pushes_towards(glimpse, maps.workspace)[choice.rotation, choice.row, choice.column]
-        assert "shows from the side" in proposal.why
+        assert proposal.choice.of(pushes_towards(hint, maps.workspace))
+        assert "a little of it shows there" in proposal.why
+        in_vain = replace(there, memory=Memory(failed_pushes=((x - 0.07, 0.0), (x, 0.07), (x + 0.07, 0.0))))
+        assert "shows" not in explore(in_vain).why
+        elsewhere = replace(there, memory=Memory(failed_pushes=((x - 0.07, 0.0), (x, 0.2), (x + 0.07, 0.0))))
+        assert "shows" in explore(elsewhere).why

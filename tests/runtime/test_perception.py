@@ -111,6 +111,14 @@ def test_a_target_under_something_else_is_found_but_cannot_be_acted_on():
     assert math.dist((rows.mean(), columns.mean()), (seen_rows.mean(), seen_columns.mean())) < 2  # cells of 2 mm
 
 
+@pytest.mark.parametrize(("rows", "hint"), [(2, True), (1, False)])
+def test_a_few_pixels_are_a_hint_and_speckle_is_none(rows, hint):
+    seen = perceived(Painted(np.s_[230 : 230 + rows, 310:318]))
+    assert not seen.target_found
+    assert seen.hint.any() == hint
+    assert not seen.glimpse.any()
+
+
 def test_patches_touching_at_a_corner_are_one():
     image = np.zeros((40, 40), bool)
     image[0:4, 0:5] = image[4:8, 5:10] = True
