@@ -1,6 +1,6 @@
 # Everything a person or a CI machine needs: python 3.11 or newer and make. `make help` lists the verbs.
 
-SCENE ?= exploration-03
+SCENE ?= exploration-02
 SEED ?= 0
 
 # The first interpreter that is new enough and can make virtual environments.

@@ -30,7 +30,7 @@ def _parser() -> argparse.ArgumentParser:
         default="sim",
         help="'sim' starts the simulator (the default); a zenoh locator such as tcp/127.0.0.1:7447 uses a robot there",
     )
-    parser.add_argument("--scene", metavar="NAME|FILE", help="what is simulated (default: exploration-03)")
+    parser.add_argument("--scene", metavar="NAME|FILE", help="what is simulated (default: exploration-02)")
     parser.add_argument("--target", metavar="COLOR", help="what to find (default: the simulated scene's target)")
     parser.add_argument("--seed", type=int, default=0, help="of the scene's variation and of ties (default: 0)")
     parser.add_argument(

@@ -12,7 +12,7 @@ import msgspec
 
 from grasping_invisible.runtime.errors import EXIT_BAD_INPUT, BadInput, RobotError
 
-DEFAULT_SCENE = "exploration-03"
+DEFAULT_SCENE = "exploration-02"
 _MODULE = "grasping_invisible.sim_robot.cli"
 _PROGRAM = "gi-sim-robot: "
 _END_SECONDS = 0.7  # from being told to end to being killed
