@@ -82,6 +82,7 @@ def perceive(frame: RgbdFrame, segmenter: Segmenter, target: str, workspace: Wor
     glimpse = hint = np.zeros_like(mask)
     if not mask.any() and is_target.any():
         hint = points_over(frame, target_patches(is_target, MIN_HINT_PIXELS), workspace) > 0
+    if not mask.any() and pixels >= MIN_TARGET_PIXELS:
         points = points_over(frame, patches, workspace)
         glimpse = points > 0 if points.sum() >= MIN_TARGET_PIXELS else glimpse
     watch.lap("project")

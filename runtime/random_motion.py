@@ -6,15 +6,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from grasping_invisible.data.action_grid import LOW, PUSH_LEVELS, feasible_grasps
+from grasping_invisible.data.action_grid import LOW, feasible_grasps
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.choice import Choice, best_action
 from grasping_invisible.runtime.coordinator import instead, seen
 from grasping_invisible.runtime.critic import QMaps
 from grasping_invisible.runtime.motion import low_grasps, open_pushes
 from grasping_invisible.runtime.situation import Proposal, Situation
-
-LOW_ONLY = np.array([level == LOW for level in PUSH_LEVELS])[:, None, None, None]
 
 
 def random_motion(situation: Situation) -> Proposal | None:
@@ -26,7 +24,7 @@ def random_motion(situation: Situation) -> Proposal | None:
     maps = situation.maps
     on_target = feasible_grasps(situation.perception.mask, maps.workspace.resolution)
     allowed = {
-        gi.PUSH: on_target & open_pushes(maps.workspace, situation.heights) & LOW_ONLY,
+        gi.PUSH: on_target & open_pushes(maps.workspace, situation.heights[LOW]),
         gi.GRASP: low_grasps(maps, on_target),
     }
     if not any(kind.any() for kind in allowed.values()):
@@ -42,11 +40,11 @@ def any_of(
 ) -> tuple[gi.MotionKind, Choice, str]:
     """A push or a grasp by the flip of a coin and any allowed one of them, valued by `q_maps`, and what to add to why.
 
-    `allowed`: bool, shaped as the Q maps of both kinds, not all false.
+    `allowed`: bool, (16, 112, 112), of pushes also (2, 16, 112, 112); not all false.
     """
     preferred, other = (gi.PUSH, gi.GRASP) if rng.random() < 0.5 else (gi.GRASP, gi.PUSH)
     kind = preferred if allowed[preferred].any() else other
     values = q_maps.push if kind == gi.PUSH else q_maps.grasp
-    choice = best_action(np.zeros_like(values), allowed[kind], rng)  # of equal ones any
+    choice = best_action(np.zeros(allowed[kind].shape, np.float32), allowed[kind], rng)  # of equal ones any
     assert choice is not None  # something is allowed
     return kind, replace(choice, value=float(choice.of(values))), instead(preferred, kind)

@@ -44,9 +44,9 @@ class Head(nn.Module):
 
     def forward(self, features: Tensor) -> Tensor:
         """(B, width, H / 2, W / 2) to (B, maps, H, W), values within 0 and 1."""
-        single = functional.pixel_shuffle(self.quarters(self.mix(features)), 2)
+        full = functional.pixel_shuffle(self.quarters(self.mix(features)), 2)
         # An arm is a few millimetres off: a cell is worth what its surroundings are.
-        return torch.sigmoid(functional.avg_pool2d(single, 3, 1, 1, count_include_pad=False))
+        return torch.sigmoid(functional.avg_pool2d(full, 3, 1, 1, count_include_pad=False))
 
 
 class LightCritic(CriticNet):
