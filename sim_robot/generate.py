@@ -24,6 +24,9 @@ COVERED_BLOCKS = 5  # grey blocks, at most, that hide a target in a pile: walls 
 HIDDEN_PIXELS = 40  # of the target in the camera image: fewer count as hidden
 CRADLED = 0.35  # share of packed and covered piles whose first block is a cylinder in the tunnels of arches
 WALLED_TWICE = 0.3  # share of the other packed piles with more blocks around those that surround the target
+HOLLOW = 0.3  # share of the piles beside the target's in a covered scene that hide nothing, as if emptied
+CLOSE = 0.4  # share of covered scenes whose piles stand close to each other
+NEARNESS = 0.16  # metres, along x and y, between such a pile and the first
 COLUMN_STEP, LAYER_STEP = 0.125, 0.125  # metres between objects about to be dropped; no block is longer
 
 
@@ -65,7 +68,8 @@ def _draw(name: str, style: Style, colors: list[str], target: Kind | None, rng: 
         return Scene(name=name, target=colors[0], objects=tuple(_about_to_drop(colors, target, rng)))
     draw = {"packed": _packed, "stacked": _stacked, "covered": _covered}[style]
     layouts = draw(len(colors), target, rng)
-    objects = _stand(layouts, colors, rng)
+    close = style == "covered" and rng.random() < CLOSE
+    objects = _stand(layouts, colors, close, rng)
     if objects is None:
         return None
     if style != "covered":
@@ -132,10 +136,11 @@ def _covered(count: int, wanted: Kind | None, rng: np.random.Generator) -> list[
         if rng.random() < CRADLED and not (wanted and not layouts):
             pile = piles.cradled(2, rng)
         else:
-            low = [shape for shape in piles.SHAPES if shape not in ("cuboid", "plank", "arch")]
-            hidden = piles.lay(wanted if wanted and not layouts else piles.block_kind(str(rng.choice(low))), rng)
+            hidden = piles.lay(wanted, rng) if wanted and not layouts else piles.lay_low(rng)
             pile = [hidden, *piles.surround(hidden, int(rng.integers(2, 5)), hidden.size[2], rng)]
-        pile += piles.roof(pile, pile[0], 1 if len(pile) == COVERED_BLOCKS else int(rng.integers(1, 3)), rng)
+        pile += piles.roof(pile, pile[0], int(rng.integers(1, min(3, COVERED_BLOCKS + 1 - len(pile)) + 1)), rng)
+        if layouts and rng.random() < HOLLOW:
+            pile.pop(0)
         for _ in range(min(spare, int(rng.integers(4)))):  # and more on top of it
             spare -= 1
             x, y = rng.uniform(-0.02, 0.02, 2)
@@ -148,12 +153,18 @@ def _singles(count: int, rng: np.random.Generator) -> list[list[Lying]]:
     return [[piles.lay(piles.any_kind(rng), rng)] for _ in range(count)]
 
 
-def _stand(layouts: list[list[Lying]], colors: list[str], rng: np.random.Generator) -> tuple[SceneObject, ...] | None:
-    """Find each pile a place of its own; the first block of the first pile becomes the target."""
+def _stand(
+    layouts: list[list[Lying]], colors: list[str], close: bool, rng: np.random.Generator
+) -> tuple[SceneObject, ...] | None:
+    """Find each pile a place of its own; the first block of the first pile becomes the target.
+
+    `close`: piles stand near the first one, and blocks by themselves anywhere.
+    """
     taken: list[Rectangle] = []
     blocks: list[tuple[Lying, float, float, float]] = []
     for pile in layouts:
-        place = _free_place(pile, taken, rng)
+        near = blocks[0][1:3] if close and blocks and len(pile) > 1 else None
+        place = _free_place(pile, taken, near, rng)
         if place is None:
             return None
         taken += [piles.footprint(block, *place) for block in pile]
@@ -166,10 +177,12 @@ def _stand(layouts: list[list[Lying]], colors: list[str], rng: np.random.Generat
 
 
 def _free_place(
-    pile: list[Lying], taken: list[Rectangle], rng: np.random.Generator
+    pile: list[Lying], taken: list[Rectangle], near: tuple[float, float] | None, rng: np.random.Generator
 ) -> tuple[float, float, float] | None:
     for _ in range(60):
         x, y = (float(value) for value in rng.uniform(-REACH, REACH, 2))
+        if near is not None:
+            x, y = (float(value) for value in rng.uniform(-NEARNESS, NEARNESS, 2) + near)
         yaw = float(rng.uniform(-np.pi, np.pi))
         rectangles = [piles.footprint(block, x, y, yaw) for block in pile]
         inside = all(max(abs(cx), abs(cy)) < REACH - 0.005 for (cx, cy), _, _ in rectangles)

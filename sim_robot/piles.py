@@ -71,6 +71,7 @@ def any_kind(rng: np.random.Generator) -> Kind:
 
 
 LARGEST_GAP = 0.0025  # metres between neighbours that are meant to touch
+LOW = 0.05  # metres, height of a block that does not stand on its end
 LIFT = 0.0005  # metres between a block and what it is put on
 
 
@@ -108,6 +109,14 @@ def lay(kind: Kind, rng: np.random.Generator) -> Lying:
     matrix = np.abs(np.array(p.getMatrixFromQuaternion(rotation)).reshape(3, 3))
     x, y, z = (float(extent) for extent in matrix @ kind.size)
     return Lying(kind, rotation, (x, y, z)).at(0.0, 0.0)
+
+
+def lay_low(rng: np.random.Generator) -> Lying:
+    """A built-in block at random, lying so that another can cover it: not on its end."""
+    while True:
+        block = lay(any_kind(rng), rng)
+        if block.size[2] <= LOW:
+            return block
 
 
 def surround(middle: Lying, sides: int, lowest: float, rng: np.random.Generator) -> list[Lying]:
@@ -161,12 +170,12 @@ def covering(size: Vector, rng: np.random.Generator) -> Lying:
     """A block lying flat whose footprint is no smaller than that of `size`, but for a few millimetres."""
     while True:
         block = lay(block_kind(str(rng.choice(("plank", "plate", "cube", "cuboid", "arch")))), rng)
-        if block.size[0] > size[0] - 0.004 and block.size[1] > size[1] - 0.004 and block.size[2] <= 0.05:
+        if block.size[0] > size[0] - 0.004 and block.size[1] > size[1] - 0.004 and block.size[2] <= LOW:
             return block
 
 
 def roof(pile: list[Lying], hidden: Lying, blocks: int, rng: np.random.Generator) -> list[Lying]:
-    """One block that covers `hidden`, or two alike, side by side, that meet above its middle."""
+    """One block that covers `hidden`, or two alike, side by side, that meet above its middle, or a third on these."""
     block = covering(hidden.size, rng)
     x, y = hidden.center[:2]
     if blocks == 1:
@@ -174,7 +183,8 @@ def roof(pile: list[Lying], hidden: Lying, blocks: int, rng: np.random.Generator
     across = int(block.size[0] > block.size[1])  # they lie along each other
     apart = block.size[across] / 2 + LARGEST_GAP / 2
     offsets = [(0.0, sign * apart) if across else (sign * apart, 0.0) for sign in (-1, 1)]
-    return [on_top(pile, block, x + dx, y + dy) for dx, dy in offsets]
+    two = [on_top(pile, block, x + dx, y + dy) for dx, dy in offsets]
+    return two if blocks == 2 else [*two, on_top(two, covering(hidden.size, rng), x, y)]
 
 
 def footprint(block: Lying, x: float, y: float, yaw: float) -> Rectangle:
