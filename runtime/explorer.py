@@ -85,7 +85,9 @@ def _came_near_in_vain(situation: Situation) -> bool:
     row, column = np.argwhere(situation.perception.hint).mean(axis=0)
     middle = situation.maps.workspace.cell_center(float(row), float(column))
     failed = situation.memory.failed_pushes
-    return len(failed) == REMEMBERED and all(math.dist(push, middle) <= PUSH_LENGTH + PUSH_NEARNESS for push in failed)
+    return len(failed) == REMEMBERED and all(
+        math.dist(push, middle) <= PUSH_LENGTH / 2 + PUSH_NEARNESS for push in failed
+    )
 
 
 def unseen(situation: Situation) -> str:

@@ -22,8 +22,8 @@ FACTORS: dict[str, tuple[str, ...]] = {
 class ExplorationMaps:
     """What an explorational push is chosen from, on the action grid, float32.
 
-    `clutter`: C_p, (16, 112, 112). `agnostic`: A_p, without negative values, (2, 16, 112, 112). `failure`: F_p, the
-    same for every rotation, (16, 112, 112). `posterior`: the product of the factors that the method uses,
+    `clutter`: C_p, (16, 112, 112). `agnostic`: A_p, without negative values, (2, 16, 112, 112). `failure`: F_p,
+    (16, 112, 112). `posterior`: the product of the factors that the method uses,
     (2, 16, 112, 112).
     """
 
@@ -42,12 +42,12 @@ def exploration_maps(
     """The factors and their product.
 
     `q_push`: (2, 16, 112, 112), or (16, 112, 112) for one level alone, the critic's push maps under a mask of ones.
-    `failed_pushes`: (x, y) in the base frame. `method`: a name in `FACTORS`.
+    `failed_pushes`: where they acted, (x, y) in the base frame. `method`: a name in `FACTORS`.
     """
     factors = {
         "clutter": clutter_prior(maps),
         "agnostic": np.maximum(q_push, 0.0),
-        "failure": np.broadcast_to(failure_likelihood(failed_pushes, maps.workspace), q_push.shape[-3:]),
+        "failure": failure_likelihood(failed_pushes, maps.workspace),
     }
     posterior = np.ones(q_push.shape, np.float32)
     for name in FACTORS[method]:

@@ -1,29 +1,46 @@
-"""The pushing failure likelihood F_p: pushes near recent failures are less likely to succeed (paper, appendix D)."""
+"""The pushing failure likelihood F_p: pushes near recent failures are less likely to succeed (paper, appendix D).
+
+Near is meant of where pushes act, half of their way ahead of where they start: pushes at one heap from two sides start
+far apart, and two that start side by side can meet different heaps.
+"""
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grasping_invisible.data.action_grid import ACTION_CELLS, PUSH_LENGTH
-from grasping_invisible.runtime.rotation import action_grid
+from grasping_invisible.data.action_grid import ACTION_CELLS, PUSH_LENGTH, ROTATIONS
+from grasping_invisible.runtime.rotation import ANGLES, action_grid
 from grasping_invisible.runtime.workspace import Workspace
 
 REMEMBERED = 3  # the most recent failed pushes
-SCALE = 0.75  # s: the likelihood at the place of a single failure
-DEVIATION = PUSH_LENGTH  # metres, standard deviation of the Gaussian
+SCALE = 0.25  # s: the likelihood at the place of a single failure
+DEVIATION = 0.06  # metres, standard deviation of the Gaussian: about half of a heap
+ACTS_AHEAD = PUSH_LENGTH / 2
+
+
+def acts_at(x: float, y: float, yaw: float) -> tuple[float, float]:
+    """Where a push that starts at (x, y) acts, metres, in the same frame: in the middle of its way."""
+    return x + ACTS_AHEAD * math.cos(yaw), y + ACTS_AHEAD * math.sin(yaw)
 
 
 def failure_likelihood(failed_pushes: tuple[tuple[float, float], ...], workspace: Workspace) -> NDArray[np.float32]:
-    """F_p on the action grid, (112, 112) float32: 1 far from all failures, `SCALE` at a single one.
+    """F_p of every push on the action grid, (16, 112, 112) float32: 1 far from all failures, `SCALE` at a single one.
 
-    `failed_pushes`: where failed pushes started, (x, y) in the base frame, most recent last; the last
+    `failed_pushes`: where failed pushes acted, (x, y) in the base frame, most recent last; the last
     `REMEMBERED` count.
     """
     grid = action_grid(workspace)
-    cells = np.arange(ACTION_CELLS)
-    x = grid.low[0] + (cells + 0.5) * grid.resolution
-    y = grid.high[1] - (cells[:, None] + 0.5) * grid.resolution
-    likelihood = np.ones((ACTION_CELLS, ACTION_CELLS))
+    cells = np.arange(ACTION_CELLS) + 0.5
+    acts_x = grid.low[0] + cells * grid.resolution + ACTS_AHEAD * np.cos(ANGLES)[:, None, None]  # (16, 1, 112)
+    acts_y = (
+        grid.high[1] - cells[:, None] * grid.resolution + ACTS_AHEAD * np.sin(ANGLES)[:, None, None]
+    )  # (16, 112, 1)
+    likelihood = np.ones((ROTATIONS, ACTION_CELLS, ACTION_CELLS))
     for failed_x, failed_y in failed_pushes[-REMEMBERED:]:
-        squared = (x - failed_x) ** 2 + (y - failed_y) ** 2
-        likelihood *= 1.0 - (1.0 - SCALE) * np.exp(-squared / (2.0 * DEVIATION**2))
+        # The Gaussian of the distance is that along x times that along y.
+        along_x, along_y = (
+            np.exp(-(distance**2) / (2.0 * DEVIATION**2)) for distance in (acts_x - failed_x, acts_y - failed_y)
+        )
+        likelihood *= 1.0 - (1.0 - SCALE) * along_x * along_y
     return likelihood.astype(np.float32)

@@ -11,7 +11,7 @@ from grasping_invisible.data.grasp_result import mostly_gone
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.rewards import freed_cells
 from grasping_invisible.runtime.decision_record import EXPLORER, Decision
-from grasping_invisible.runtime.failures import REMEMBERED
+from grasping_invisible.runtime.failures import REMEMBERED, acts_at
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.memory import FRUITLESS_REMEMBERED, PUSHES_REMEMBERED, FruitlessAction, Memory
 from grasping_invisible.runtime.perception import Perception
@@ -91,16 +91,17 @@ def scene_changed(before: Heightmaps, after: Heightmaps) -> bool:
 def remember(memory: Memory, decision: Decision, judgement: Judgement) -> Memory:
     """The memory for the next decision.
 
-    A failed push is an explorational one after which the target is still not seen. Grasp failures count up
-    until the target is grasped or a push changes the scene, for then they tell nothing about the new one. An
+    A failed push is an explorational one that changed the scene, and the target is still not seen. Grasp failures count
+    up until the target is grasped or a push changes the scene, for then they tell nothing about the new one. An
     action that changed nothing is not tried again until something changes, and a push not so soon after others: what
     lay in its way it has moved.
     """
     x, y, _ = decision.position
     failed_pushes = memory.failed_pushes
     pushed = decision.kind == gi.PUSH
-    if decision.policy == EXPLORER and pushed and not judgement.target_visible:
-        failed_pushes = (*failed_pushes, (x, y))[-REMEMBERED:]
+    searched = decision.policy == EXPLORER and pushed and judgement.scene_changed
+    if searched and not judgement.target_visible:
+        failed_pushes = (*failed_pushes, acts_at(x, y, decision.yaw))[-REMEMBERED:]
     failures = memory.consecutive_grasp_failures
     if not pushed:
         failures = 0 if judgement.target_grasped else failures + 1

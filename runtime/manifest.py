@@ -81,8 +81,27 @@ class CameraAssumptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True,
     about: str = "colour camera looking down at the table at an angle; the whole workspace in view"
 
 
+class Evaluation(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """What the bundle made of a suite of scenes in simulation, as measured by `gi-eval run`.
+
+    `runs`: in all. `success_interval`: Wilson, 95 %. `motions_mean`: of all runs. `source_commits`: of the code.
+    """
+
+    suite: str
+    method: str
+    runs: int
+    success_rate: float
+    success_interval: tuple[float, float]
+    motions_mean: float
+    source_commits: tuple[str, ...]
+
+
 class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A whole bundle. The bundle's hash is the hash of this record, which holds the hashes of the files."""
+    """A whole bundle. The bundle's hash is that of this record, which holds the hashes of the files.
+
+    `evaluations`: no part of what the bundle is, and so of its hash: they are made with the finished bundle, and
+    name it by that.
+    """
 
     format: int = FORMAT
     project_version: str
@@ -94,6 +113,7 @@ class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     segmenter: ModelFile
     critic: ModelFile
     classifier: ModelFile
+    evaluations: tuple[Evaluation, ...] = ()
 
     @property
     def models(self) -> dict[str, ModelFile]:
@@ -102,8 +122,10 @@ class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
     @property
     def sha256(self) -> str:
-        """Identifies the bundle: hexadecimal, over the canonical bytes."""
-        return hashlib.sha256(msgspec.json.encode(self, order="sorted")).hexdigest()
+        """Identifies the bundle: hexadecimal, over the canonical bytes of all but the evaluations."""
+        identity = msgspec.structs.asdict(self)
+        del identity["evaluations"]
+        return hashlib.sha256(msgspec.json.encode(identity, order="sorted")).hexdigest()
 
 
 def read_manifest(folder: Path) -> Manifest:

@@ -35,9 +35,9 @@ class FruitlessAction:
 class Memory:
     """All that a decision knows of the past.
 
-    `failed_pushes`: where explorational pushes started that did not bring the target to light, (x, y) in the
-    base frame, most recent last, at most three. `consecutive_grasp_failures`: c_g. `step`: 0-based within the
-    run. `fruitless`: actions since the scene last changed, and the latest pushes, most recent last.
+    `failed_pushes`: where explorational pushes acted that changed the scene and did not bring the target to light,
+    (x, y) in the base frame, most recent last, at most three. `consecutive_grasp_failures`: c_g. `step`: 0-based
+    within the run. `fruitless`: actions since the scene last changed, and the latest pushes, most recent last.
     `consecutive_pushes`: pushes since the last grasp.
     """
 

@@ -4,7 +4,7 @@ import argparse
 import sys
 
 from grasping_invisible.training.command import run_command
-from grasping_invisible.training.eval_commands import compare, failures, protocol, run, tables
+from grasping_invisible.training.eval_commands import compare, failures, note, protocol, run, tables
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -18,7 +18,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="gi-eval", description="Measure how often a model bundle succeeds, and why not."
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for command in (run, compare, protocol, tables, failures):
+    for command in (run, compare, protocol, tables, note, failures):
         command.register(commands)
     return parser
 

@@ -93,6 +93,18 @@ def read_results(path: Path) -> list[StoredResult]:
         raise BadInput(f"{path} does not hold results of gi-eval run: {error}") from None
 
 
+def read_all_results(paths: Iterable[Path]) -> list[StoredResult]:
+    """All results in files and in the `*.jsonl` files of folders. Raises as `read_results`, or where one has none."""
+    stored = []
+    for path in paths:
+        files = sorted(path.glob("*.jsonl")) if path.is_dir() else [path]
+        if not files:
+            raise BadInput(f"{path} holds no results (*.jsonl)")
+        for file in files:
+            stored += read_results(file)
+    return stored
+
+
 def _results_of(path: Path, measured: Measured) -> dict[Key, TrialResult]:
     _drop_cut_line(path)
     results = {}

@@ -4,6 +4,7 @@ import pytest
 
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.decision_record import Decision
+from grasping_invisible.runtime.failures import acts_at
 from grasping_invisible.runtime.judge import judge, remember
 from grasping_invisible.runtime.memory import Memory
 from grasping_invisible.runtime.rotation import action_grid
@@ -116,8 +117,12 @@ class TestMemory:
         memory = Memory()
         for x in (0.41, 0.42, 0.43, 0.44):
             memory = remember(memory, decision(gi.PUSH, x, policy="explorer"), changed)
-        assert memory.failed_pushes == ((0.42, 0.0), (0.43, 0.0), (0.44, 0.0))
+        acted = acts_at(0.42, 0.0, 0.0), acts_at(0.43, 0.0, 0.0), acts_at(0.44, 0.0, 0.0)
+        assert memory.failed_pushes == acted
         assert memory.step == 4
+
+    def test_explorational_pushes_that_changed_nothing_did_not_search(self, unchanged):
+        assert remember(Memory(), decision(gi.PUSH, policy="explorer"), unchanged).failed_pushes == ()
 
     def test_pushes_that_found_the_target_and_those_of_the_coordinator_are_not(self, changed):
         found = replace(changed, target_visible=True)

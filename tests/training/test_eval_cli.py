@@ -74,6 +74,7 @@ def test_tables_of_stored_results(results_file, result_of, tmp_path: Path, capsy
         (["compare", "--models", "a", "--models", "b"], "--models needs --suite"),
         (["compare", "one.jsonl", "two.jsonl"], "one.jsonl"),
         (["tables", ".", "--out", "out"], "holds no results"),
+        (["note", "."], "holds no results"),
         (["failures", ".", "--out", "out"], "holds no logs"),
         (["failures", "no.mcap", "--out", "out"], "no run with a decision"),
         (["protocol", "--models", "nowhere", "--out", "out"], "no model bundle"),

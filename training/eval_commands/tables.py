@@ -3,9 +3,8 @@
 import argparse
 from pathlib import Path
 
-from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.training.result_tables import markdown, result_tables
-from grasping_invisible.training.stored_results import read_results
+from grasping_invisible.training.stored_results import read_all_results
 
 
 def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -26,21 +25,10 @@ def write_tables(results: list[Path], out: Path) -> None:
     # It takes a second to import, which other commands need not wait for.
     from grasping_invisible.training.result_charts import draw_chart
 
-    stored = [item for file in _files(results) for item in read_results(file)]
-    tables = result_tables(stored)
+    tables = result_tables(read_all_results(results))
     text = markdown(tables)
     out.mkdir(parents=True, exist_ok=True)
     (out / "tables.md").write_text(text, encoding="utf-8")
     for table in tables:
         draw_chart(table, out / f"{table.paper.key}.png")
     print(text)
-
-
-def _files(paths: list[Path]) -> list[Path]:
-    files = []
-    for path in paths:
-        found = sorted(path.glob("*.jsonl")) if path.is_dir() else [path]
-        if not found:
-            raise BadInput(f"{path} holds no results (*.jsonl)")
-        files += found
-    return files
