@@ -1,16 +1,13 @@
 """The exploration policy: where to push while the target is not seen (paper, sections IV-B and VII-A)."""
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
-from grasping_invisible.data.action_grid import PUSH_LENGTH
+from grasping_invisible.data.action_grid import LOW, RAISED
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.choice import Choice, best_action, best_value
 from grasping_invisible.runtime.explorer_maps import ExplorationMaps, exploration_maps
-from grasping_invisible.runtime.failures import REMEMBERED
-from grasping_invisible.runtime.motion import PUSH_NEARNESS, ends_inside, open_pushes, pushes_towards
+from grasping_invisible.runtime.motion import ends_inside, open_pushes, pushes_towards
 from grasping_invisible.runtime.situation import Proposal, Situation
 
 
@@ -72,22 +69,15 @@ def pushes_left(situation: Situation) -> tuple[NDArray[np.bool_], str]:
 def _towards_hint(situation: Situation, allowed: NDArray[np.bool_], caveat: str) -> tuple[NDArray[np.bool_], str]:
     """Of some pushes those that pass where a little of the target shows, if it does and there are any.
 
-    A hint that the latest pushes all came near in vain may be none, and is left aside.
+    Where as much shows as would be enough, but for what lies on it, only those that take that off, if there are any.
     """
-    hint, maps = situation.perception.hint, situation.maps
-    if not hint.any() or _came_near_in_vain(situation):
+    if not situation.hint.any():
         return allowed, caveat
-    there = allowed & pushes_towards(hint, maps.workspace)
+    there = allowed & pushes_towards(situation.hint, situation.maps.workspace)
+    if situation.perception.target_glimpsed and there[RAISED].any():
+        there[LOW] = False
+        return there, f"{caveat}; it shows there, under something"
     return (there, f"{caveat}; a little of it shows there") if there.any() else (allowed, caveat)
-
-
-def _came_near_in_vain(situation: Situation) -> bool:
-    row, column = np.argwhere(situation.perception.hint).mean(axis=0)
-    middle = situation.maps.workspace.cell_center(float(row), float(column))
-    failed = situation.memory.failed_pushes
-    return len(failed) == REMEMBERED and all(
-        math.dist(push, middle) <= PUSH_LENGTH / 2 + PUSH_NEARNESS for push in failed
-    )
 
 
 def unseen(situation: Situation) -> str:

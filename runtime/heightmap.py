@@ -11,6 +11,7 @@ from grasping_invisible.runtime.frame import Camera, RgbdFrame
 from grasping_invisible.runtime.workspace import Workspace
 
 MAX_HEIGHT = 0.3  # metres above the table; points higher than this are no part of the clutter
+HIGHEST_PERCENTILE = 90.0  # of the heights of some points: how far up they reach
 
 
 @dataclass(frozen=True)
@@ -76,6 +77,17 @@ def points_over(frame: RgbdFrame, pixels: NDArray[np.bool_], workspace: Workspac
     counted = inside & pixels[rays.window]
     flat = rows[counted].astype(np.intp) * workspace.cells + columns[counted].astype(np.intp)
     return np.bincount(flat, minlength=workspace.cells**2).reshape(workspace.cells, workspace.cells)
+
+
+def height_of(frame: RgbdFrame, pixels: NDArray[np.bool_], workspace: Workspace) -> float:
+    """How far up above the table some camera pixels, (height, width) bool, show something in the workspace, metres.
+
+    0 where they show nothing in it. A tenth of the points may be higher: at edges depth images waver.
+    """
+    rays = _rays_of(frame.camera, workspace)
+    _, _, heights, inside = _points(frame, rays, workspace)
+    shown = heights[inside & pixels[rays.window]]
+    return max(float(np.percentile(shown, HIGHEST_PERCENTILE)), 0.0) if shown.size else 0.0
 
 
 @dataclass(frozen=True)

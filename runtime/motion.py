@@ -54,16 +54,16 @@ def grasp_height(maps: Heightmaps, row: int, column: int) -> float:
     return max(top - GRASP_DEPTH, MIN_TCP_HEIGHT)
 
 
-def push_heights(maps: Heightmaps) -> NDArray[np.float32]:
+def push_heights(maps: Heightmaps, raised_tips: float = RAISED_TIPS) -> NDArray[np.float32]:
     """TCP height above the table, metres, of a push starting at every cell: (2, 16, 112, 112) float32, low and raised.
 
     The closed fingers come down just above whatever is under their footprint: beside a heap they reach the
     table, on top of it they push what stands higher. Raised, they take the roof off a heap and leave what it stands on,
-    which a low push moves as a whole.
+    which a low push moves as a whole. `raised_tips`: metres above the table, their fingertips.
     """
     above = np.float32(PUSH_CLEARANCE + FINGERTIPS)
     low = np.maximum(_footprint_heights(maps) + above, np.float32(MIN_TCP_HEIGHT))
-    return np.stack([low, np.maximum(low, np.float32(RAISED_TIPS + FINGERTIPS))])
+    return np.stack([low, np.maximum(low, np.float32(raised_tips + FINGERTIPS))])
 
 
 def feasible_pushes(maps: Heightmaps, heights: NDArray[np.float32]) -> NDArray[np.bool_]:

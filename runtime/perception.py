@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.runtime.frame import RgbdFrame
-from grasping_invisible.runtime.heightmap import Heightmaps, points_over, project
+from grasping_invisible.runtime.heightmap import Heightmaps, height_of, points_over, project
 from grasping_invisible.runtime.stopwatch import Stopwatch
 from grasping_invisible.runtime.workspace import Workspace
 
@@ -37,7 +37,8 @@ class Perception:
     is removed from their labels. `mask`: (N, N) bool, the target's heightmap cells, all false when it is not
     seen. `target_pixels`: of the target in the image, without speckle. `stage_ms`: time each stage took.
     `glimpse`: (N, N) bool, the cells over which it shows in the image, though from above something else covers it; all
-    false when it is seen, or not at all. `hint`: the same for however little of it, too little to count.
+    false when it is seen, or not at all. `hint`: the same for however little of it, too little to count; `hint_height`:
+    how far up above the table it reaches there, metres.
     """
 
     labels: NDArray[np.uint8]
@@ -47,6 +48,7 @@ class Perception:
     glimpse: NDArray[np.bool_]
     hint: NDArray[np.bool_]
     stage_ms: dict[str, float]
+    hint_height: float = 0.0
 
     @property
     def target_found(self) -> bool:
@@ -80,13 +82,15 @@ def perceive(frame: RgbdFrame, segmenter: Segmenter, target: str, workspace: Wor
     if pixels < MIN_TARGET_PIXELS or np.count_nonzero(mask) < MIN_TARGET_CELLS:
         mask = np.zeros_like(mask)
     glimpse = hint = np.zeros_like(mask)
+    hint_height = 0.0
     if not mask.any() and is_target.any():
-        hint = points_over(frame, target_patches(is_target, MIN_HINT_PIXELS), workspace) > 0
+        shown = target_patches(is_target, MIN_HINT_PIXELS)
+        hint, hint_height = points_over(frame, shown, workspace) > 0, height_of(frame, shown, workspace)
     if not mask.any() and pixels >= MIN_TARGET_PIXELS:
         points = points_over(frame, patches, workspace)
         glimpse = points > 0 if points.sum() >= MIN_TARGET_PIXELS else glimpse
     watch.lap("project")
-    return Perception(labels, maps, mask, pixels, glimpse, hint, watch.laps)
+    return Perception(labels, maps, mask, pixels, glimpse, hint, watch.laps, hint_height)
 
 
 def target_patches(is_target: NDArray[np.bool_], smallest: int = MIN_PATCH_PIXELS) -> NDArray[np.bool_]:

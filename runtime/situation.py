@@ -12,6 +12,7 @@ from grasping_invisible.runtime.choice import Choice
 from grasping_invisible.runtime.critic import QMaps
 from grasping_invisible.runtime.explorer_maps import ExplorationMaps
 from grasping_invisible.runtime.heightmap import Heightmaps
+from grasping_invisible.runtime.hint import hint_to_follow, raised_tips
 from grasping_invisible.runtime.memory import Memory, untried
 from grasping_invisible.runtime.motion import feasible_pushes, push_heights
 from grasping_invisible.runtime.perception import Perception
@@ -39,7 +40,8 @@ class Situation:
     """What a method decides from.
 
     `target`: its colour. `heights` and `pushes`: (2, 16, 112, 112), of `runtime.motion`: how high a push would be, and
-    which pushes can be made and would meet something. `border`: of the target. `rng`: seeded for this very step.
+    which pushes can be made and would meet something. `hint`: (N, N), where to look for the target, if anywhere.
+    `border`: of the target. `rng`: seeded for this very step.
     """
 
     target: str
@@ -49,6 +51,7 @@ class Situation:
     rng: np.random.Generator
     heights: NDArray[np.float32]
     pushes: NDArray[np.bool_]
+    hint: NDArray[np.bool_]
     border: TargetBorder
     watch: Stopwatch
 
@@ -96,7 +99,8 @@ def situation_of(perception: Perception, target: str, memory: Memory, models: Mo
     """Work out what every method needs to know of a frame."""
     watch = Stopwatch()
     maps = perception.maps
-    heights = push_heights(maps)
+    hint = hint_to_follow(perception, memory)
+    heights = push_heights(maps, raised_tips(perception, hint))
     return Situation(
         target=target,
         perception=perception,
@@ -105,6 +109,7 @@ def situation_of(perception: Perception, target: str, memory: Memory, models: Mo
         rng=np.random.default_rng((seed, memory.step)),
         heights=heights,
         pushes=feasible_pushes(maps, heights),
+        hint=hint,
         border=target_border(maps.height, perception.mask, maps.workspace.resolution),
         watch=watch,
     )

@@ -3,10 +3,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from grasping_invisible.data.action_grid import RAISED
 from grasping_invisible.runtime.explorer import best_push, explore
 from grasping_invisible.runtime.explorer_maps import FACTORS, exploration_maps
+from grasping_invisible.runtime.hint import TIPS_ABOVE
 from grasping_invisible.runtime.memory import Memory
-from grasping_invisible.runtime.motion import cell_position, pushes_towards
+from grasping_invisible.runtime.motion import FINGERTIPS, cell_position, pushes_towards
+from grasping_invisible.runtime.situation import situation_of
 
 SHAPE = (16, 112, 112)
 ANY = np.ones(SHAPE, bool)
@@ -83,19 +86,44 @@ def test_with_nothing_to_go_by_it_still_keeps_away_from_failures(table_with):
     assert choice.value == pytest.approx(1.0, abs=0.01)
 
 
-def test_it_pushes_where_a_little_of_the_target_shows(situation):
-    heaps = (0.42, 0.0, 0.05, 0.05, "grey"), (0.64, 0.0, 0.05, 0.05, "grey")
-    for x, *_ in heaps:
-        searching = situation(*heaps)
-        maps = searching.maps
-        row, column = maps.workspace.cell_of(x, 0.0)
-        hint = np.zeros_like(searching.perception.mask)
+@pytest.fixture
+def hinting(situation, set_models):
+    """Two heaps, in one of which, at x metres, a little of the target shows."""
+
+    def build(x: float, memory: Memory = Memory(), height: float = 0.05, glimpsed: bool = False):  # noqa: B008
+        perception = situation((0.42, 0.0, 0.05, 0.05, "grey"), (0.64, 0.0, 0.05, 0.05, "grey")).perception
+        row, column = perception.maps.workspace.cell_of(x, 0.0)
+        hint = np.zeros_like(perception.mask)
         hint[int(row) - 3 : int(row) + 3, int(column) - 3 : int(column) + 3] = True
-        there = replace(searching, perception=replace(searching.perception, hint=hint))
-        proposal = explore(there)
-        assert proposal.choice.of(pushes_towards(hint, maps.workspace))
-        assert "a little of it shows there" in proposal.why
-        in_vain = replace(there, memory=Memory(failed_pushes=((x - 0.07, 0.0), (x, 0.07), (x + 0.07, 0.0))))
-        assert "shows" not in explore(in_vain).why
-        elsewhere = replace(there, memory=Memory(failed_pushes=((x - 0.07, 0.0), (x, 0.2), (x + 0.07, 0.0))))
-        assert "shows" in explore(elsewhere).why
+        glimpse = hint & glimpsed
+        return situation_of(
+            replace(perception, hint=hint, glimpse=glimpse, hint_height=height), "red", memory, set_models, 0
+        )
+
+    return build
+
+
+@pytest.mark.parametrize("x", [0.42, 0.64])
+def test_it_pushes_where_a_little_of_the_target_shows(hinting, x):
+    there = hinting(x)
+    proposal = explore(there)
+    assert proposal.choice.of(pushes_towards(there.hint, there.maps.workspace))
+    assert "a little of it shows there" in proposal.why
+
+
+def test_a_hint_that_pushes_acted_near_in_vain_is_left_aside(hinting):
+    near = Memory(failed_pushes=((0.42 - 0.07, 0.0), (0.42, 0.07), (0.42 + 0.07, 0.0)))
+    assert "shows" not in explore(hinting(0.42, near)).why
+    elsewhere = Memory(failed_pushes=((0.42 - 0.07, 0.0), (0.42, 0.2), (0.42 + 0.07, 0.0)))
+    assert "shows" in explore(hinting(0.42, elsewhere)).why
+    assert "shows" in explore(hinting(0.42, near, glimpsed=True)).why  # so much of it is no speckle
+
+
+def test_what_lies_on_the_target_is_pushed_off_it(hinting):
+    there = hinting(0.42, height=0.02, glimpsed=True)
+    proposal = explore(there)
+    assert proposal.choice.level == RAISED
+    assert proposal.choice.of(there.heights) - FINGERTIPS == pytest.approx(0.02 + TIPS_ABOVE)
+    assert "under something" in proposal.why
+    # As low as it is, there is nothing on it to be pushed off.
+    assert "under something" not in explore(hinting(0.42, height=0.05, glimpsed=True)).why

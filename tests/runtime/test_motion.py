@@ -100,6 +100,14 @@ def test_a_raised_push_takes_the_roof_and_leaves_what_it_stands_on(table_with):
     assert not motion.feasible_pushes(house, heights)[RAISED, 0, *on_top]
 
 
+def test_a_raised_push_can_be_made_lower(table_with):
+    stack = table_with((0.5, 0.0, 0.05, 0.10, "grey"))
+    before = cell_at(0.42, 0.0)
+    heights = motion.push_heights(stack, raised_tips=0.03)
+    assert heights[RAISED, 0, *before] - motion.FINGERTIPS == pytest.approx(0.03)
+    assert motion.feasible_pushes(stack, heights)[:, 0, *before].all()
+
+
 def test_a_raised_push_passes_over_what_a_hand_can_take_whole(table_with):
     block = table_with((0.5, 0.0, 0.06, 0.05, "grey"))
     feasible = motion.feasible_pushes(block, motion.push_heights(block))

@@ -109,6 +109,8 @@ def test_a_target_under_something_else_is_found_but_cannot_be_acted_on():
     rows, columns = np.nonzero(under.glimpse)
     seen_rows, seen_columns = np.nonzero(perceive(alone, Painted(side), "red", Workspace()).mask)
     assert math.dist((rows.mean(), columns.mean()), (seen_rows.mean(), seen_columns.mean())) < 2  # cells of 2 mm
+    highest = perceive(alone, Painted(side), "red", Workspace())
+    assert under.hint_height == pytest.approx(highest.maps.height[highest.mask].max(), abs=0.003)
 
 
 @pytest.mark.parametrize(("rows", "hint"), [(2, True), (1, False)])
