@@ -44,11 +44,10 @@ def example(transition: Transition, planes: int, rng: np.random.Generator | None
 def executed_values(net: CriticNet, examples: list[Example], transitions: Sequence[Transition]) -> torch.Tensor:
     """The Q values of executed actions, (B,) on the network's device, each from the map of its kind of motion."""
     planes = torch.from_numpy(np.stack([planes for planes, _ in examples]))
-    push, grasp = net(planes.to(net.device, memory_format=torch.channels_last))
     # A map for each level of a push, and one for grasps.
     maps = [item.level if item.kind == gi.PUSH else len(PUSH_LEVELS) for item in transitions]
     places = [(index, *pixel) for index, (_, pixel) in zip(maps, examples, strict=True)]
-    return executed(torch.cat([push, grasp[:, None]], 1), torch.tensor(places, device=net.device))
+    return executed(net.maps_by_kind(planes), torch.tensor(places, device=net.device))
 
 
 def _distort(planes: NDArray[np.float32], rng: np.random.Generator) -> None:

@@ -27,6 +27,11 @@ class CriticNet(nn.Module, ABC):
         (B, 2, H, W) and (B, H, W).
         """
 
+    def maps_by_kind(self, planes: Tensor) -> Tensor:
+        """As `forward`, of planes on any device: the maps of pushes, low and raised, and of grasps, (B, 3, H, W)."""
+        push, grasp = self(planes.to(self.device, memory_format=torch.channels_last))
+        return torch.cat([push, grasp[:, None]], 1)
+
     @property
     def device(self) -> torch.device:
         """Where its weights are."""

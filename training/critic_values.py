@@ -30,10 +30,10 @@ def q_maps(
     """Q maps of a network in evaluation mode; minus infinity for rotations that are not asked for."""
     planes = torch.from_numpy(rotate_planes(critic_planes(maps, mask, net.planes), rotations))
     with torch.inference_mode():
-        outputs = net(planes.to(net.device, memory_format=torch.channels_last))
-    push, grasp = (output.cpu().numpy() for output in outputs)
-    low_and_raised = [_all_rotations(push[:, level], rotations) for level in PUSH_LEVELS]
-    return QMaps(np.stack(low_and_raised), _all_rotations(grasp, rotations))
+        values = net.maps_by_kind(planes).cpu().numpy()
+    turned = _nothing_known()
+    turned[:, list(rotations)] = values.swapaxes(0, 1)
+    return _turned_back(turned)
 
 
 def q_maps_near(
@@ -48,14 +48,12 @@ def q_maps_near(
         for k in rotations
     ]
     windows = [rotated_window(planes, k, top, left, NEAR) for k, (top, left) in zip(rotations, corners, strict=True)]
-    maps_of_kinds = np.full((len(PUSH_LEVELS) + 1, ROTATIONS, ROTATED_CELLS, ROTATED_CELLS), -np.inf, np.float32)
     with torch.inference_mode():
-        push, grasp = net(torch.from_numpy(np.stack(windows)).to(net.device, memory_format=torch.channels_last))
-    values = torch.cat([push, grasp[:, None]], 1).cpu().numpy()
+        values = net.maps_by_kind(torch.from_numpy(np.stack(windows))).cpu().numpy()
+    turned = _nothing_known()
     for k, (top, left), window in zip(rotations, corners, values, strict=True):
-        maps_of_kinds[:, k, top : top + NEAR, left : left + NEAR] = window
-    *pushes, grasps = map(unrotate, maps_of_kinds)
-    return QMaps(np.stack(pushes), grasps)
+        turned[:, k, top : top + NEAR, left : left + NEAR] = window
+    return _turned_back(turned)
 
 
 def best_values(q: QMaps, maps: Heightmaps, mask: NDArray[np.bool_]) -> tuple[float, float]:
@@ -65,7 +63,11 @@ def best_values(q: QMaps, maps: Heightmaps, mask: NDArray[np.bool_]) -> tuple[fl
     return push or 0.0, grasp or 0.0
 
 
-def _all_rotations(values: NDArray[np.float32], rotations: Sequence[int]) -> NDArray[np.float32]:
-    full = np.full((ROTATIONS, ROTATED_CELLS, ROTATED_CELLS), -np.inf, np.float32)
-    full[list(rotations)] = values
-    return unrotate(full)
+def _nothing_known() -> NDArray[np.float32]:
+    """Turned maps of each kind of motion, pushes low and raised and grasps: (3, 16, 160, 160), minus infinity."""
+    return np.full((len(PUSH_LEVELS) + 1, ROTATIONS, ROTATED_CELLS, ROTATED_CELLS), -np.inf, np.float32)
+
+
+def _turned_back(turned: NDArray[np.float32]) -> QMaps:
+    *pushes, grasps = map(unrotate, turned)
+    return QMaps(np.stack(pushes), grasps)

@@ -1,0 +1,38 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from grasping_invisible.runtime.hint import TIPS_ABOVE, hint_to_follow, raised_tips
+from grasping_invisible.runtime.memory import Memory
+from grasping_invisible.runtime.motion import RAISED_TIPS
+
+
+@pytest.fixture
+def glanced(perceived):
+    """A heap in which a little of the target shows."""
+    perception = perceived((0.5, 0.0, 0.05, 0.05, "grey"))
+    hint = np.zeros_like(perception.mask)
+    row, column = perception.maps.workspace.cell_of(0.5, 0.0)
+    hint[int(row) - 2 : int(row) + 2, int(column) - 2 : int(column) + 2] = True
+    return replace(perception, hint=hint, hint_height=0.02)
+
+
+def test_a_raised_push_passes_just_above_what_shows(glanced):
+    assert raised_tips(glanced, glanced.hint) == pytest.approx(0.02 + TIPS_ABOVE)
+
+
+def test_it_is_never_raised_higher_than_others(glanced):
+    assert raised_tips(replace(glanced, hint_height=0.12), glanced.hint) == RAISED_TIPS
+
+
+def test_without_a_hint_it_is_like_all_others(glanced):
+    assert raised_tips(glanced, np.zeros_like(glanced.hint)) == RAISED_TIPS
+
+
+def test_a_hint_counts_until_three_pushes_acted_near_it_in_vain(glanced):
+    near = ((0.43, 0.0), (0.5, 0.07), (0.57, 0.0))
+    for failed_pushes, followed in (((), True), (near[:2], True), (near, False), ((*near[:2], (0.5, 0.2)), True)):
+        hint = hint_to_follow(glanced, Memory(failed_pushes=failed_pushes))
+        assert hint.any() == followed
+    assert hint_to_follow(replace(glanced, glimpse=glanced.hint), Memory(failed_pushes=near)).any()
