@@ -184,7 +184,7 @@ def roof(pile: list[Lying], hidden: Lying, blocks: int, rng: np.random.Generator
     apart = block.size[across] / 2 + LARGEST_GAP / 2
     offsets = [(0.0, sign * apart) if across else (sign * apart, 0.0) for sign in (-1, 1)]
     two = [on_top(pile, block, x + dx, y + dy) for dx, dy in offsets]
-    return two if blocks == 2 else [*two, on_top(two, covering(hidden.size, rng), x, y)]
+    return two if blocks == 2 else [*two, on_top([*pile, *two], covering(hidden.size, rng), x, y)]
 
 
 def footprint(block: Lying, x: float, y: float, yaw: float) -> Rectangle:

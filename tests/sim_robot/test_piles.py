@@ -25,6 +25,26 @@ def test_a_roof_covers_the_middle_and_rests_on_the_walls(seed: int, blocks: int)
     assert covered_share(hidden, roof) > 0.9
 
 
+@given(rng_seeds)
+def test_a_roof_of_three_has_one_on_the_seam_of_the_others(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    hidden = piles.lay(piles.block_kind("cylinder"), rng)
+    walls = piles.surround(hidden, 4, hidden.size[2], rng)
+    *below, third = piles.roof([hidden, *walls], hidden, 3, rng)
+    assert len(below) == 2
+    for block in below:
+        assert block.overlaps(third)
+        assert third.center[2] - third.size[2] / 2 >= block.top
+
+
+@given(rng_seeds)
+def test_what_lies_low_can_be_covered(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    low = piles.lay_low(rng)
+    assert low.size[2] <= piles.LOW
+    assert covered_share(low, piles.roof([low], low, 1, rng)) > 0.8
+
+
 def covered_share(hidden: Lying, roof: list[Lying]) -> float:
     """Of the footprint's bounding box, by samples of 1 mm."""
     x, y = (
