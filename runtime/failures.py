@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasping_invisible.data.action_grid import ACTION_CELLS, PUSH_LENGTH, ROTATIONS
-from grasping_invisible.runtime.rotation import ANGLES, action_grid
+from grasping_invisible.runtime.rotation import ahead_of_cells
 from grasping_invisible.runtime.workspace import Workspace
 
 REMEMBERED = 3  # the most recent failed pushes
@@ -30,12 +30,7 @@ def failure_likelihood(failed_pushes: tuple[tuple[float, float], ...], workspace
     `failed_pushes`: where failed pushes acted, (x, y) in the base frame, most recent last; the last
     `REMEMBERED` count.
     """
-    grid = action_grid(workspace)
-    cells = np.arange(ACTION_CELLS) + 0.5
-    acts_x = grid.low[0] + cells * grid.resolution + ACTS_AHEAD * np.cos(ANGLES)[:, None, None]  # (16, 1, 112)
-    acts_y = (
-        grid.high[1] - cells[:, None] * grid.resolution + ACTS_AHEAD * np.sin(ANGLES)[:, None, None]
-    )  # (16, 112, 1)
+    acts_x, acts_y = ahead_of_cells(ACTS_AHEAD, workspace)
     likelihood = np.ones((ROTATIONS, ACTION_CELLS, ACTION_CELLS))
     for failed_x, failed_y in failed_pushes[-REMEMBERED:]:
         # The Gaussian of the distance is that along x times that along y.

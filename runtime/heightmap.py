@@ -67,27 +67,27 @@ def project(frame: RgbdFrame, labels: NDArray[np.uint8], workspace: Workspace) -
     )
 
 
-def points_over(frame: RgbdFrame, pixels: NDArray[np.bool_], workspace: Workspace) -> NDArray[np.intp]:
-    """How many of some camera pixels, (height, width) bool, show a point over each heightmap cell, (N, N).
+@dataclass(frozen=True)
+class ShownPoints:
+    """What some camera pixels show in the workspace; unlike in heightmaps, points count that lie under something else.
 
-    Unlike in heightmaps points count that lie under something else.
+    `over`: how many of them lie over each heightmap cell, (N, N). `height`: how far up above the table they reach,
+    metres, 0 where there are none; a tenth of them may be higher, as depth images waver at edges.
     """
+
+    over: NDArray[np.intp]
+    height: float
+
+
+def shown_points(frame: RgbdFrame, pixels: NDArray[np.bool_], workspace: Workspace) -> ShownPoints:
+    """The points of some camera pixels, (height, width) bool."""
     rays = _rays_of(frame.camera, workspace)
-    rows, columns, _, inside = _points(frame, rays, workspace)
-    counted = inside & pixels[rays.window]
-    flat = rows[counted].astype(np.intp) * workspace.cells + columns[counted].astype(np.intp)
-    return np.bincount(flat, minlength=workspace.cells**2).reshape(workspace.cells, workspace.cells)
-
-
-def height_of(frame: RgbdFrame, pixels: NDArray[np.bool_], workspace: Workspace) -> float:
-    """How far up above the table some camera pixels, (height, width) bool, show something in the workspace, metres.
-
-    0 where they show nothing in it. A tenth of the points may be higher: at edges depth images waver.
-    """
-    rays = _rays_of(frame.camera, workspace)
-    _, _, heights, inside = _points(frame, rays, workspace)
-    shown = heights[inside & pixels[rays.window]]
-    return max(float(np.percentile(shown, HIGHEST_PERCENTILE)), 0.0) if shown.size else 0.0
+    rows, columns, heights, inside = _points(frame, rays, workspace)
+    shown = inside & pixels[rays.window]
+    flat = rows[shown].astype(np.intp) * workspace.cells + columns[shown].astype(np.intp)
+    over = np.bincount(flat, minlength=workspace.cells**2).reshape(workspace.cells, workspace.cells)
+    highest = float(np.percentile(heights[shown], HIGHEST_PERCENTILE)) if shown.any() else 0.0
+    return ShownPoints(over, max(highest, 0.0))
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from grasping_invisible.data.action_grid import PUSH_LENGTH
-from grasping_invisible.runtime.failures import REMEMBERED
+from grasping_invisible.runtime.failures import ACTS_AHEAD, REMEMBERED
 from grasping_invisible.runtime.memory import Memory
 from grasping_invisible.runtime.motion import PUSH_NEARNESS, RAISED_TIPS
 from grasping_invisible.runtime.perception import Perception
@@ -24,7 +23,7 @@ def hint_to_follow(perception: Perception, memory: Memory) -> NDArray[np.bool_]:
         return hint
     row, column = np.argwhere(hint).mean(axis=0)
     middle = perception.maps.workspace.cell_center(float(row), float(column))
-    near = [math.dist(push, middle) <= PUSH_LENGTH / 2 + PUSH_NEARNESS for push in memory.failed_pushes]
+    near = [math.dist(push, middle) <= ACTS_AHEAD + PUSH_NEARNESS for push in memory.failed_pushes]
     return np.zeros_like(hint) if all(near) else hint
 
 

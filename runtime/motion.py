@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from grasping_invisible.data.action_grid import ACTION_CELLS, LOW, PUSH_LENGTH, RAISED, ROTATIONS, blocks
 from grasping_invisible.data.target_border import distance_to
 from grasping_invisible.runtime.heightmap import Heightmaps
-from grasping_invisible.runtime.rotation import ANGLES, action_grid
+from grasping_invisible.runtime.rotation import ANGLES, action_grid, ahead_of_cells
 from grasping_invisible.runtime.workspace import Workspace
 
 MIN_TCP_HEIGHT = 0.015  # metres above the table, of every motion
@@ -126,14 +126,11 @@ def ends_inside(workspace: Workspace) -> NDArray[np.bool_]:
 
 def _inside_after(distance: float, inset: float, workspace: Workspace) -> NDArray[np.bool_]:
     """Whether the point `distance` metres ahead of each cell lies `inset` metres inside the workspace's edge."""
-    grid = action_grid(workspace)
-    cells = np.arange(ACTION_CELLS) + 0.5
-    yaw = ANGLES[:, None, None]
-    x = grid.low[0] + cells * grid.resolution + distance * np.cos(yaw)
-    y = grid.high[1] - cells[:, None] * grid.resolution + distance * np.sin(yaw)
+    x, y = ahead_of_cells(distance, workspace)
+    (low_x, low_y), (high_x, high_y) = workspace.low, workspace.high
     inset -= 1e-9
-    inside = (x >= grid.low[0] + inset) & (x <= grid.high[0] - inset)
-    return inside & (y >= grid.low[1] + inset) & (y <= grid.high[1] - inset)
+    inside = (x >= low_x + inset) & (x <= high_x - inset)
+    return inside & (y >= low_y + inset) & (y <= high_y - inset)
 
 
 def low_grasps(maps: Heightmaps, grasps: NDArray[np.bool_]) -> NDArray[np.bool_]:

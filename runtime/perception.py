@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.runtime.frame import RgbdFrame
-from grasping_invisible.runtime.heightmap import Heightmaps, height_of, points_over, project
+from grasping_invisible.runtime.heightmap import Heightmaps, project, shown_points
 from grasping_invisible.runtime.stopwatch import Stopwatch
 from grasping_invisible.runtime.workspace import Workspace
 
@@ -47,8 +47,8 @@ class Perception:
     target_pixels: int
     glimpse: NDArray[np.bool_]
     hint: NDArray[np.bool_]
+    hint_height: float
     stage_ms: dict[str, float]
-    hint_height: float = 0.0
 
     @property
     def target_found(self) -> bool:
@@ -84,13 +84,13 @@ def perceive(frame: RgbdFrame, segmenter: Segmenter, target: str, workspace: Wor
     glimpse = hint = np.zeros_like(mask)
     hint_height = 0.0
     if not mask.any() and is_target.any():
-        shown = target_patches(is_target, MIN_HINT_PIXELS)
-        hint, hint_height = points_over(frame, shown, workspace) > 0, height_of(frame, shown, workspace)
+        shown = shown_points(frame, target_patches(is_target, MIN_HINT_PIXELS), workspace)
+        hint, hint_height = shown.over > 0, shown.height
     if not mask.any() and pixels >= MIN_TARGET_PIXELS:
-        points = points_over(frame, patches, workspace)
+        points = shown_points(frame, patches, workspace).over
         glimpse = points > 0 if points.sum() >= MIN_TARGET_PIXELS else glimpse
     watch.lap("project")
-    return Perception(labels, maps, mask, pixels, glimpse, hint, watch.laps, hint_height)
+    return Perception(labels, maps, mask, pixels, glimpse, hint, hint_height, watch.laps)
 
 
 def target_patches(is_target: NDArray[np.bool_], smallest: int = MIN_PATCH_PIXELS) -> NDArray[np.bool_]:

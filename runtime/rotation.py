@@ -32,6 +32,19 @@ def action_grid(workspace: Workspace) -> Workspace:
     return replace(workspace, resolution=workspace.size / ACTION_CELLS)
 
 
+def ahead_of_cells(distance: float, workspace: Workspace) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Where the points lie that are `distance` metres ahead of every cell of the action grid, for each rotation.
+
+    x, (16, 1, 112), and y, (16, 112, 1), in the base frame, metres.
+    """
+    grid = action_grid(workspace)
+    cells = np.arange(ACTION_CELLS) + 0.5
+    yaw = ANGLES[:, None, None]
+    x = grid.low[0] + cells * grid.resolution + distance * np.cos(yaw)
+    y = grid.high[1] - cells[:, None] * grid.resolution + distance * np.sin(yaw)
+    return np.asarray(x, np.float64), np.asarray(y, np.float64)
+
+
 def critic_planes(maps: Heightmaps, mask: NDArray[np.bool_], count: int = PLANES) -> NDArray[np.float32]:
     """The critic's input on the action grid, (112, 112, P) float32; the one place where it is normalised.
 

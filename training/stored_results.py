@@ -10,6 +10,7 @@ import msgspec
 
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.training.evaluation import Trial, TrialResult
+from grasping_invisible.training.given_files import files_at
 from grasping_invisible.training.source import source_commit
 
 
@@ -95,14 +96,7 @@ def read_results(path: Path) -> list[StoredResult]:
 
 def read_all_results(paths: Iterable[Path]) -> list[StoredResult]:
     """All results in files and in the `*.jsonl` files of folders. Raises as `read_results`, or where one has none."""
-    stored = []
-    for path in paths:
-        files = sorted(path.glob("*.jsonl")) if path.is_dir() else [path]
-        if not files:
-            raise BadInput(f"{path} holds no results (*.jsonl)")
-        for file in files:
-            stored += read_results(file)
-    return stored
+    return [item for file in files_at(paths, "results", "*.jsonl") for item in read_results(file)]
 
 
 def _results_of(path: Path, measured: Measured) -> dict[Key, TrialResult]:

@@ -217,7 +217,9 @@ def perceived(table_with: TableWith) -> Callable[..., Perception]:
     def build(*blocks: Block) -> Perception:
         maps = table_with(*blocks)
         mask = maps.labels == CLASSES.index("red")
-        return Perception(maps.labels, maps, mask, int(mask.sum()) * 3, np.zeros_like(mask), np.zeros_like(mask), {})
+        return Perception(
+            maps.labels, maps, mask, int(mask.sum()) * 3, np.zeros_like(mask), np.zeros_like(mask), 0.0, {}
+        )
 
     return build
 

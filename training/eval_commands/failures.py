@@ -10,6 +10,7 @@ from grasping_invisible.data.errors import BadLog
 from grasping_invisible.data.progress import bar
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.training.failed_runs import Failure, Run, failure_of, read_runs
+from grasping_invisible.training.given_files import files_at
 
 
 def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -36,7 +37,7 @@ def write_failures(logs: list[Path], out: Path, console: Console) -> None:
 
     runs: list[tuple[Run, Failure | None]] = []
     unreadable: list[str] = []
-    files = _files(logs)
+    files = files_at(logs, "logs", "**/*.mcap")
     with bar("reading logs", len(files), console) as advance:
         for file in files:
             try:
@@ -59,13 +60,3 @@ def _looked_into(run: Run) -> tuple[Run, Failure | None]:
     """A run and its failure; of one that did not fail, nothing else is wanted."""
     failure = failure_of(run)
     return (replace(run, steps=()) if failure is None else run), failure
-
-
-def _files(paths: list[Path]) -> list[Path]:
-    files = []
-    for path in paths:
-        found = sorted(path.rglob("*.mcap")) if path.is_dir() else [path]
-        if not found:
-            raise BadInput(f"{path} holds no logs (*.mcap)")
-        files += found
-    return files

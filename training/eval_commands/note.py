@@ -5,6 +5,7 @@ from pathlib import Path
 
 from grasping_invisible.runtime.bundle import shipped_models
 from grasping_invisible.training.bundle_evaluations import note_evaluations
+from grasping_invisible.training.eval_commands.options import add_models
 from grasping_invisible.training.stored_results import read_all_results
 
 
@@ -12,7 +13,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     """Add the parser of `note`."""
     parser = commands.add_parser("note", help="write what was measured with a bundle into its manifest")
     parser.add_argument("results", nargs="+", type=Path, metavar="RESULTS", help="files of results, or folders of them")
-    parser.add_argument("--models", type=Path, metavar="DIR", help="the bundle; without, the shipped one")
+    add_models(parser)
     parser.set_defaults(run=run)
 
 
