@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from grasping_invisible.data.action_grid import ACTION_CELLS, LOW, PUSH_LEVELS, ROTATIONS
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
-from grasping_invisible.runtime.rotation import ANGLES, action_grid
+from grasping_invisible.runtime.rotation import ANGLES, ahead_of_cells
 from grasping_invisible.runtime.workspace import Workspace
 
 FRUITLESS_REMEMBERED = 8
@@ -55,9 +55,7 @@ def untried(kind: gi.MotionKind, memory: Memory, workspace: Workspace) -> NDArra
     ever.
     """
     allowed = np.ones((len(PUSH_LEVELS), ROTATIONS, ACTION_CELLS, ACTION_CELLS), np.bool_)
-    grid = action_grid(workspace)
-    cells = np.arange(ACTION_CELLS) + 0.5
-    x, y = grid.low[0] + cells * grid.resolution, grid.high[1] - cells[:, None] * grid.resolution
+    x, y = (coordinates[0] for coordinates in ahead_of_cells(0.0, workspace))
     period = math.pi if kind == gi.GRASP else 2 * math.pi  # a grasp turned by half a turn is the same grasp
     for action in memory.fruitless:
         if action.kind != kind:

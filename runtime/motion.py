@@ -2,6 +2,7 @@
 
 import math
 from functools import lru_cache
+from itertools import product
 
 import cv2
 import numpy as np
@@ -26,6 +27,11 @@ FINGERTIPS = 0.008  # metres by which the fingers reach below the TCP, which lie
 PUSH_CLEARANCE = 0.003  # metres between the fingertips and what they stand above
 RAISED_TIPS = 0.055  # metres above the table, fingertips of a raised push: over anything that the hand can take whole
 PUSH_OVERLAP = 0.008  # metres by which something ahead must stand higher than the fingertips, to be pushed
+# Points of a push's way, metres ahead of its start and beside its middle. At fewer than `POINTS_MET` it would meet
+# something with its very end or a corner of the fingers alone, and move nothing.
+WAY_AHEAD = (0.025, 0.05, 0.075, PUSH_LENGTH)
+WAY_ASIDE = (-0.016, 0.0, 0.016)
+POINTS_MET = 2
 PUSH_NEARNESS = 0.03  # metres from the target within which a push for it has to pass
 # Metres from the workspace's edge at which a push must end, and metres ahead of its end that must lie inside too: there
 # is what it moves, and what leaves the workspace is lost.
@@ -67,26 +73,29 @@ def push_heights(maps: Heightmaps, raised_tips: float = RAISED_TIPS) -> NDArray[
 
 
 def feasible_pushes(maps: Heightmaps, heights: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Which pushes can be made and would meet something: (2, 16, 112, 112) bool.
+    """Which pushes can be made and would move something: (2, 16, 112, 112) bool.
 
     `heights`: of `push_heights`. A push is left out where it would not end well inside the workspace
-    (`ends_inside`), where it would start above `MAX_TCP_HEIGHT`, or where nothing along its way stands
+    (`ends_inside`), where it would start above `MAX_TCP_HEIGHT`, or where hardly anything along its way stands
     higher than the fingertips; a raised one also where the low one is as high.
     """
-    ahead = np.zeros_like(heights[LOW])
-    steps = math.ceil(PUSH_LENGTH / FINGERS_ALONG)
-    cell = maps.workspace.size / ACTION_CELLS
-    tips = heights - np.float32(FINGERTIPS)
-    footprints = tips[LOW] - np.float32(PUSH_CLEARANCE)
+    met = _points_met(_highest(maps), heights - np.float32(FINGERTIPS - PUSH_OVERLAP), maps.workspace)
+    moves = met >= POINTS_MET
+    moves[RAISED] &= heights[RAISED] > heights[LOW]
+    return open_pushes(maps.workspace, heights) & moves
+
+
+def _points_met(highest: NDArray[np.float32], limits: NDArray[np.float32], workspace: Workspace) -> NDArray[np.uint8]:
+    """At how many points of their way pushes meet what stands higher than their `limits`, both (2, 16, 112, 112)."""
+    met = np.zeros(limits.shape, np.uint8)
+    cell = workspace.size / ACTION_CELLS
     for k, yaw in enumerate(ANGLES):
-        for step in range(1, steps + 1):
-            distance = PUSH_LENGTH * step / steps / cell
-            rows, columns = round(-distance * math.sin(yaw)), round(distance * math.cos(yaw))
+        for ahead, aside in product(WAY_AHEAD, WAY_ASIDE):
+            rows = round(-(ahead * math.sin(yaw) + aside * math.cos(yaw)) / cell)
+            columns = round((ahead * math.cos(yaw) - aside * math.sin(yaw)) / cell)
             here, there = _overlap(rows, columns)
-            np.maximum(ahead[k][here], footprints[k][there], out=ahead[k][here])
-    meets = ahead > tips + np.float32(PUSH_OVERLAP)
-    meets[RAISED] &= heights[RAISED] > heights[LOW]
-    return open_pushes(maps.workspace, heights) & meets
+            met[:, k, *here] += highest[there] > limits[:, k, *here]
+    return met
 
 
 def open_pushes(workspace: Workspace, heights: NDArray[np.float32]) -> NDArray[np.bool_]:
@@ -148,12 +157,17 @@ def low_grasps(maps: Heightmaps, grasps: NDArray[np.bool_]) -> NDArray[np.bool_]
 
 def _footprint_heights(maps: Heightmaps) -> NDArray[np.float32]:
     """The greatest height under the closed fingers at every cell, for every rotation: (16, 112, 112)."""
-    # A single wild reading must not lift the fingers over what they are to push.
-    calm = np.asarray(cv2.medianBlur(maps.height, 3), np.float32)
-    highest = blocks(calm).max(axis=(1, 3))
+    highest = _highest(maps)
     cell = maps.workspace.size / ACTION_CELLS
     half_turn = [cv2.dilate(highest, _footprint(k, cell)) for k in range(ROTATIONS // 2)]
     return np.stack(half_turn + half_turn).astype(np.float32)
+
+
+def _highest(maps: Heightmaps) -> NDArray[np.float32]:
+    """The greatest height within every cell of the action grid, (112, 112)."""
+    # A single wild reading must not lift the fingers over what they are to push.
+    calm = np.asarray(cv2.medianBlur(maps.height, 3), np.float32)
+    return np.asarray(blocks(calm).max(axis=(1, 3)), np.float32)
 
 
 @lru_cache(maxsize=ROTATIONS)

@@ -80,6 +80,17 @@ def test_pushes_towards_a_block_are_feasible_and_pushes_away_from_it_are_not(tab
     assert not feasible[k][behind]
 
 
+@pytest.mark.parametrize(
+    ("before", "aside", "moves"),
+    [(0.08, 0.0, True), (0.115, 0.0, True), (0.132, 0.0, False), (0.08, 0.025, True), (0.08, 0.045, False)],
+)
+def test_a_push_that_only_touches_a_block_is_left_out(table_with, before, aside, moves):
+    """`before`, `aside`: where it starts, metres from the middle of a block of 5 cm."""
+    maps = table_with((0.5, 0.0, 0.05, 0.05, "grey"))
+    feasible = motion.feasible_pushes(maps, motion.push_heights(maps))[LOW]
+    assert feasible[0][cell_at(0.5 - before, aside)] == moves
+
+
 def test_a_push_over_a_flat_top_meets_nothing_but_a_second_storey_does(table_with):
     block = (0.5, 0.0, 0.2, 0.05, "grey")
     flat = table_with(block)
