@@ -41,7 +41,7 @@ GREY_COVERED = (6, 21)
 TARGETS = (3, 6)  # candidates, at least and at most
 TARGETS_COVERED = (1, 3)
 STATES = 5  # of a scene that are branched from, each after a push from the one before
-GRASPS = 8  # from a state, half of them at random
+GRASPS = 4  # from a state, half of them at random
 GRASPS_AFTER = 2  # after a push, the best ones
 TARGETS_TRIED = 2  # in a state
 
@@ -54,7 +54,7 @@ class Standing(Enum):
     FREE = "one of its best grasps takes it"
 
 
-PUSHES = {Standing.HIDDEN: 12, Standing.STUCK: 12, Standing.FREE: 1}
+PUSHES = {Standing.HIDDEN: 24, Standing.STUCK: 24, Standing.FREE: 1}
 RANDOM_PUSHES = 3  # one in so many is drawn at random, and the first
 
 

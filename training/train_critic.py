@@ -29,7 +29,6 @@ from grasping_invisible.training.device import training_device
 from grasping_invisible.training.experience import Experience
 from grasping_invisible.training.fingerprint import data_fingerprint
 from grasping_invisible.training.imagenet_weights import load_imagenet
-from grasping_invisible.training.packed_maps import PackedMaps
 from grasping_invisible.training.session import Session
 from grasping_invisible.training.source import source_commit
 from grasping_invisible.training.transitions import (
@@ -51,8 +50,9 @@ ROTATIONS_VALUED = 6
 # Held-out transitions of which the curves during a training are drawn; the scores at its end are of all.
 WATCHED = 300
 WATCHED_SCORES = ("td_error", "grasp_auc", "grasp_accuracy", "push_auc", "reveal_auc")
-# Success: a motion is worth how soon the goal is grasped after it, or comes to light, and nothing else: 1 for success,
-# half of it for each motion before. Paper: its rewards in two stages (section V-B), for what is in view alone.
+# Success: a motion is worth 1 if it does what it is for, otherwise 0: a grasp that takes the goal, a push after which a
+# grasp takes it, a push of a search that brings something to light. Paper: its rewards in two stages (section V-B), for
+# what is in view alone, and half of what is best to do after a push.
 SUCCESS, PAPER = "success", "paper"
 REWARDS = (SUCCESS, PAPER)
 
@@ -142,8 +142,9 @@ class Replay:
 
     def __init__(self, transitions: Sequence[Transition], rewards: str) -> None:
         self.transitions = transitions
+        self.rewards = rewards
         self.taken = grasps_tried(transitions) if rewards == SUCCESS else {}
-        self.earned = torch.tensor([earned(transition, rewards) for transition in transitions], dtype=torch.float32)
+        self.earned = torch.tensor([self._earned(transition) for transition in transitions], dtype=torch.float32)
         self.targets = self.earned.clone()
         self.errors = torch.ones(len(transitions))  # unseen ones first
         pushes = np.array([transition.kind == gi.PUSH for transition in transitions], np.bool_)
@@ -164,40 +165,36 @@ class Replay:
         return indices.tolist(), torch.tensor(weights / weights.max(), dtype=torch.float32)
 
     def value_next_states(self, net: CriticNet, seed: int, console: Console) -> None:
-        """Make `targets` what was earned plus the discounted value of the next state, where that counts.
+        """Make `targets` what was earned plus what the next state adds, where that counts.
 
-        The network as it is now stays the target network until the next call. A state without the goal in view counts
-        nothing. Values lie within 0 and 1: no sequence of motions earns more.
-
-        What was tried goes before what the network believes, as the greatest of so many values is nearly always great:
-        a state in which a grasp took the goal is worth 1, one in which grasps were tried in vain the best push.
+        The network as it is now stays the target network until the next call. A state without the goal in view adds
+        nothing. Values lie within 0 and 1.
         """
         net.eval()
         rng = np.random.default_rng(seed)
-        values: dict[tuple[int, int], float] = {}
+        added: dict[tuple[int, int], float] = {}
         with bar("valuing next states", len(self.transitions), console) as advance:
             for index, transition in enumerate(self.transitions):
                 then = transition.then
                 if then is not None and transition.looks_ahead:
                     key = id(then), transition.goal
-                    if key not in values:
+                    if key not in added and key not in self.taken:
                         rotations = rng.permutation(ROTATIONS)[:ROTATIONS_VALUED].tolist()
-                        values[key] = self._value(net, then, transition.goal, rotations)
-                    self.targets[index] = self.earned[index] + DISCOUNT * values[key]
+                        added[key] = self._to_come(state_values(net, then.unpack(), transition.goal, rotations))
+                    self.targets[index] = self.earned[index] + added.get(key, 0.0)
                 advance()
 
-    def _value(self, net: CriticNet, state: PackedMaps, goal: int, rotations: Sequence[int]) -> float:
-        taken = self.taken.get((id(state), goal))
-        if taken:
-            return 1.0
-        return min(max(state_value(net, state.unpack(), goal, rotations, grasps=taken is None), 0.0), 1.0)
+    def _to_come(self, best: tuple[float, float]) -> float:
+        """What a state adds to the worth of the motion that led to it, by its best push and grasp."""
+        push, grasp = (min(max(value, 0.0), 1.0) for value in best)
+        return grasp if self.rewards == SUCCESS else DISCOUNT * max(push, grasp)
 
-
-def earned(transition: Transition, rewards: str) -> float:
-    """What a motion itself is worth, by `SUCCESS` or `PAPER`; where any object counts there is one way alone."""
-    if rewards == PAPER or transition.goal == ANY_OBJECT:
-        return transition.reward
-    return float(transition.success)
+    def _earned(self, transition: Transition) -> float:
+        """What a motion itself is worth; where any object counts there is one way alone."""
+        if self.rewards == PAPER:
+            return transition.reward
+        freed = transition.kind == gi.PUSH and self.taken.get((id(transition.then), transition.goal), False)
+        return float(transition.success or freed)
 
 
 def middle_of(rewards: str, agnostic: bool) -> float:
@@ -207,15 +204,13 @@ def middle_of(rewards: str, agnostic: bool) -> float:
     return (GRASP_AIMED + GRASP_SUCCEEDED) / 2 if rewards == PAPER else 0.5
 
 
-def state_value(net: CriticNet, maps: Heightmaps, goal: int, rotations: Sequence[int], grasps: bool = True) -> float:
-    """The greatest Q value of what can be done for a goal in a state, be it by `grasps`; 0 where it is not in view."""
+def state_values(net: CriticNet, maps: Heightmaps, goal: int, rotations: Sequence[int]) -> tuple[float, float]:
+    """The greatest Q values of pushes and of grasps for a goal in a state; 0 where it is not in view."""
     cells = goal_cells(maps, goal)
     if not cells.any():
-        return 0.0
-    everywhere = goal in (ANY_OBJECT, HIDDEN)
-    q = (q_maps if everywhere else q_maps_near)(net, maps, goal_mask(maps, goal), rotations)
-    push, grasp = best_values(q, maps, cells)
-    return max(push, grasp) if grasps and goal != HIDDEN else push
+        return 0.0, 0.0
+    q = (q_maps if goal == ANY_OBJECT else q_maps_near)(net, maps, goal_mask(maps, goal), rotations)
+    return best_values(q, maps, cells)
 
 
 def _rewards(settings: CriticTraining, experience: Experience) -> str:

@@ -20,7 +20,7 @@ from grasping_invisible.training.packed_maps import PackedMaps
 # As a goal: whatever is moved or grasped counts, as for VPG (paper, section II). Its rewards are half of VPG's 1 and
 # 0.5: a grasp is no end there and looks ahead like a push, which returns up to 2, and our Q values are bounded by 1.
 ANY_OBJECT = 0
-# As a goal: whatever is hidden. A push of a search is worth how soon a candidate comes to light by it.
+# As a goal: whatever is hidden. A push of a search is worth whether a candidate comes to light by it.
 HIDDEN = -1
 OBJECT_GRASPED, SCENE_CHANGED = 0.5, 0.25
 _KINDS = {"push": gi.PUSH, "grasp": gi.GRASP}
@@ -58,8 +58,10 @@ class Transition:
 
         It does for pushes. A failed grasp mostly leaves the scene as it was: were the next state's value added to what
         it earns for its aim, failing would be worth as much as succeeding, and the critic could not tell them apart.
+        Nor does a push of a search: what it did not bring to light may lie anywhere, so the next one is worth as much.
         """
-        return self.then is not None and (self.kind == gi.PUSH or self.goal == ANY_OBJECT)
+        for_what_is_seen = self.kind == gi.PUSH and self.goal != HIDDEN
+        return self.then is not None and (for_what_is_seen or self.goal == ANY_OBJECT)
 
     def before(self) -> tuple[Heightmaps, NDArray[np.bool_]]:
         """The state before the action, and the goal's mask in it, (N, N)."""
