@@ -14,8 +14,10 @@ from grasping_invisible.runtime.rotation import ahead_of_cells
 from grasping_invisible.runtime.workspace import Workspace
 
 REMEMBERED = 3  # the most recent failed pushes
-SCALE = 0.25  # s: the likelihood at the place of a single failure
-DEVIATION = 0.06  # metres, standard deviation of the Gaussian: about half of a heap
+# s: the likelihood at the place of a single failure. A second push there is often the right one, and the critic sees
+# what the first has left.
+SCALE = 0.75
+DEVIATION = 0.03  # metres, standard deviation of the Gaussian
 ACTS_AHEAD = PUSH_LENGTH / 2
 
 

@@ -44,6 +44,7 @@ from grasping_invisible.training.transitions import (
 DISCOUNT = 0.5
 PRIORITY_EXPONENT = 0.6
 PRIORITY_FLOOR = 0.02
+PUSH_SHARE = 0.7  # of a batch: pushes are dearer to make than grasps, so there are fewer, and harder to learn
 # Of the 16 rotations, so many drawn at random value a next state: the greatest Q value of some of them is nearly
 # that of all, at a fraction of the time.
 ROTATIONS_VALUED = 6
@@ -148,18 +149,20 @@ class Replay:
         self.targets = self.earned.clone()
         self.errors = torch.ones(len(transitions))  # unseen ones first
         pushes = np.array([transition.kind == gi.PUSH for transition in transitions], np.bool_)
-        self._kinds = [part for part in map(np.flatnonzero, (pushes, ~pushes)) if len(part)]
+        parts = ((np.flatnonzero(pushes), PUSH_SHARE), (np.flatnonzero(~pushes), 1 - PUSH_SHARE))
+        self._kinds = [(part, share) for part, share in parts if len(part)]
 
     def draw(self, rng: np.random.Generator, count: int, progress: float) -> tuple[list[int], torch.Tensor]:
         """Indices drawn by priority, and weights (count,) against its bias, full at `progress` 1.
 
-        Half of them are pushes, where there are any: those are dearer to make, so there are fewer, and harder to learn.
+        `PUSH_SHARE` of them are pushes, where there are any.
         """
         priorities = (self.errors.numpy().astype(np.float64) + PRIORITY_FLOOR) ** PRIORITY_EXPONENT
         shares, alike = np.zeros_like(priorities), np.zeros_like(priorities)
-        for part in self._kinds:
-            shares[part] = priorities[part] / priorities[part].sum() / len(self._kinds)
-            alike[part] = 1 / len(part) / len(self._kinds)
+        whole = sum(share for _, share in self._kinds)
+        for part, share in self._kinds:
+            shares[part] = priorities[part] / priorities[part].sum() * share / whole
+            alike[part] = 1 / len(part) * share / whole
         indices = rng.choice(len(shares), count, p=shares)
         weights = (shares[indices] / alike[indices]) ** -(0.4 + 0.6 * progress)
         return indices.tolist(), torch.tensor(weights / weights.max(), dtype=torch.float32)
