@@ -16,7 +16,7 @@ from grasping_invisible.runtime.workspace import Workspace
 # Below these the target counts as not seen: a segmenter's speckle must not end an exploration. At the usual
 # distance a pixel covers a little over one square millimetre of the table.
 MIN_PATCH_PIXELS = 30  # of one connected patch; smaller ones are ignored
-MIN_HINT_PIXELS = 12  # of one connected patch: where to look for the target, until it is seen
+MIN_HINT_PIXELS = 4  # of one connected patch: where to look for the target, until it is seen
 MIN_TARGET_PIXELS = 100  # of all remaining patches together
 MIN_TARGET_CELLS = 16  # of the heightmap, after projection: the target lies in the workspace
 

@@ -113,9 +113,9 @@ def test_a_target_under_something_else_is_found_but_cannot_be_acted_on():
     assert under.hint_height == pytest.approx(highest.maps.height[highest.mask].max(), abs=0.003)
 
 
-@pytest.mark.parametrize(("rows", "hint"), [(2, True), (1, False)])
-def test_a_few_pixels_are_a_hint_and_speckle_is_none(rows, hint):
-    seen = perceived(Painted(np.s_[230 : 230 + rows, 310:318]))
+@pytest.mark.parametrize(("pixels", "hint"), [(4, True), (3, False)])
+def test_a_few_pixels_are_a_hint_and_speckle_is_none(pixels, hint):
+    seen = perceived(Painted(np.s_[230, 310 : 310 + pixels]))
     assert not seen.target_found
     assert seen.hint.any() == hint
     assert not seen.glimpse.any()
