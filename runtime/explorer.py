@@ -67,7 +67,7 @@ def pushes_left(situation: Situation) -> tuple[NDArray[np.bool_], str]:
 
 
 def _towards_hint(situation: Situation, allowed: NDArray[np.bool_], caveat: str) -> tuple[NDArray[np.bool_], str]:
-    """Of some pushes those that pass where a little of the target shows, if it does and there are any.
+    """Of some pushes those that pass where a little of the target shows or last did, if there are any.
 
     Where as much shows as would be enough, but for what lies on it, only those that take that off, if there are any.
     """
@@ -77,7 +77,10 @@ def _towards_hint(situation: Situation, allowed: NDArray[np.bool_], caveat: str)
     if situation.perception.target_glimpsed and there[RAISED].any():
         there[LOW] = False
         return there, f"{caveat}; it shows there, under something"
-    return (there, f"{caveat}; a little of it shows there") if there.any() else (allowed, caveat)
+    if not there.any():
+        return allowed, caveat
+    shows = situation.perception.hint.any()
+    return there, f"{caveat}; {'a little of it shows there' if shows else 'it may be there since it was last seen'}"
 
 
 def unseen(situation: Situation) -> str:

@@ -1,4 +1,4 @@
-"""Where a little of the target shows: too little to act on it, enough to know where to look for it."""
+"""Where to look for a target that is not seen: a little of it shows there, or did before it was pushed."""
 
 import math
 
@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasping_invisible.runtime.failures import ACTS_AHEAD, REMEMBERED
+from grasping_invisible.runtime.last_seen import cells_around
 from grasping_invisible.runtime.memory import Memory
 from grasping_invisible.runtime.motion import PUSH_NEARNESS, RAISED_TIPS
 from grasping_invisible.runtime.perception import Perception
@@ -14,17 +15,23 @@ TIPS_ABOVE = 0.004  # metres between what shows of the target and the fingertips
 
 
 def hint_to_follow(perception: Perception, memory: Memory) -> NDArray[np.bool_]:
-    """The cells over which a little of the target shows, (N, N) bool; all false without any.
+    """The cells in which to look for a target that is not seen, (N, N) bool; all false where nothing says so.
 
-    A few pixels that the latest pushes all acted near in vain may be no target, and are left aside.
+    Those over which a little of it shows, otherwise those around where it may be since it last did. A few pixels may be
+    no target, and it may have been moved elsewhere: what the latest pushes all acted near in vain is left aside.
     """
-    hint = perception.hint
-    if not hint.any() or perception.target_glimpsed or len(memory.failed_pushes) < REMEMBERED:
-        return hint
-    row, column = np.argwhere(hint).mean(axis=0)
-    middle = perception.maps.workspace.cell_center(float(row), float(column))
-    near = [math.dist(push, middle) <= ACTS_AHEAD + PUSH_NEARNESS for push in memory.failed_pushes]
-    return np.zeros_like(hint) if all(near) else hint
+    workspace = perception.maps.workspace
+    if perception.target_seen:
+        return np.zeros_like(perception.hint)
+    if perception.hint.any():
+        row, column = np.argwhere(perception.hint).mean(axis=0)
+        hint, places = perception.hint, (workspace.cell_center(float(row), float(column)),)
+    else:
+        hint, places = cells_around(memory.last_seen, workspace), memory.last_seen
+    in_vain = len(memory.failed_pushes) == REMEMBERED and all(
+        any(math.dist(push, place) <= ACTS_AHEAD + PUSH_NEARNESS for place in places) for push in memory.failed_pushes
+    )
+    return np.zeros_like(hint) if in_vain and not perception.target_glimpsed else hint
 
 
 def raised_tips(perception: Perception, hint: NDArray[np.bool_]) -> float:
@@ -33,4 +40,5 @@ def raised_tips(perception: Perception, hint: NDArray[np.bool_]) -> float:
     `RAISED_TIPS`, or just above what shows of the target where that is a hint alone: such a push takes off what lies on
     it and leaves it where it is, while a low one moves both.
     """
-    return min(RAISED_TIPS, perception.hint_height + TIPS_ABOVE) if hint.any() else RAISED_TIPS
+    shows = perception.hint.any() and hint.any()
+    return min(RAISED_TIPS, perception.hint_height + TIPS_ABOVE) if shows else RAISED_TIPS

@@ -13,6 +13,7 @@ from grasping_invisible.data.rewards import freed_cells
 from grasping_invisible.runtime.decision_record import EXPLORER, Decision
 from grasping_invisible.runtime.failures import REMEMBERED, acts_at
 from grasping_invisible.runtime.heightmap import Heightmaps
+from grasping_invisible.runtime.last_seen import last_seen_after
 from grasping_invisible.runtime.memory import FRUITLESS_REMEMBERED, PUSHES_REMEMBERED, FruitlessAction, Memory
 from grasping_invisible.runtime.perception import Perception
 
@@ -88,8 +89,8 @@ def scene_changed(before: Heightmaps, after: Heightmaps) -> bool:
     return bool(np.count_nonzero(patches) >= round(CHANGED_AREA / before.workspace.resolution**2))
 
 
-def remember(memory: Memory, decision: Decision, judgement: Judgement) -> Memory:
-    """The memory for the next decision.
+def remember(memory: Memory, before: Perception, decision: Decision, judgement: Judgement) -> Memory:
+    """The memory for the next decision. `before`: what the one just carried out was made from.
 
     A failed push is an explorational one that changed the scene, and the target is still not seen. Grasp failures count
     up until the target is grasped or a push changes the scene, for then they tell nothing about the new one. An
@@ -116,7 +117,8 @@ def remember(memory: Memory, decision: Decision, judgement: Judgement) -> Memory
     else:
         fruitless = ()
     pushes = memory.consecutive_pushes + 1 if pushed else 0
-    return Memory(failed_pushes, failures, memory.step + 1, fruitless, pushes)
+    last_seen = last_seen_after(memory.last_seen, before, decision) if judgement.scene_changed else memory.last_seen
+    return Memory(failed_pushes, failures, memory.step + 1, fruitless, pushes, last_seen)
 
 
 def _target_story(before: Perception, after: Perception, held: bool, target_grasped: bool) -> str:

@@ -107,7 +107,7 @@ def run_loop(
         for watcher in watchers:
             watcher.judged(deliberation, outcome, judgement)
 
-        memory = remember(memory, deliberation.decision, judgement)
+        memory = remember(memory, deliberation.perception, deliberation.decision, judgement)
         perception = after
         if judgement.object_grasped and not judgement.target_grasped:
             actor.put_down()

@@ -38,7 +38,8 @@ class Memory:
     `failed_pushes`: where explorational pushes acted that changed the scene and did not bring the target to light,
     (x, y) in the base frame, most recent last, at most three. `consecutive_grasp_failures`: c_g. `step`: 0-based
     within the run. `fruitless`: actions since the scene last changed, and the latest pushes, most recent last.
-    `consecutive_pushes`: pushes since the last grasp.
+    `consecutive_pushes`: pushes since the last grasp. `last_seen`: where the target may be, should nothing of it show,
+    (x, y) in the base frame.
     """
 
     failed_pushes: tuple[tuple[float, float], ...] = ()
@@ -46,6 +47,7 @@ class Memory:
     step: int = 0
     fruitless: tuple[FruitlessAction, ...] = ()
     consecutive_pushes: int = 0
+    last_seen: tuple[tuple[float, float], ...] = ()
 
 
 def untried(kind: gi.MotionKind, memory: Memory, workspace: Workspace) -> NDArray[np.bool_]:
@@ -77,6 +79,7 @@ def memory_message(memory: Memory) -> gi.DecisionMemory:
             for act in memory.fruitless
         ],
         consecutive_pushes=memory.consecutive_pushes,
+        last_seen=[gi.Place(x=x, y=y) for x, y in memory.last_seen],
     )
 
 
@@ -88,4 +91,5 @@ def memory_from_message(message: gi.DecisionMemory) -> Memory:
         step=message.step,
         fruitless=tuple(FruitlessAction(act.kind, act.x, act.y, act.yaw, act.push_level) for act in message.fruitless),
         consecutive_pushes=message.consecutive_pushes,
+        last_seen=tuple((place.x, place.y) for place in message.last_seen),
     )

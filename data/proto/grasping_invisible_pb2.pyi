@@ -271,6 +271,14 @@ class FailedPush(_message.Message):
     y: float
     def __init__(self, x: _Optional[float] = ..., y: _Optional[float] = ...) -> None: ...
 
+class Place(_message.Message):
+    __slots__ = ("x", "y")
+    X_FIELD_NUMBER: _ClassVar[int]
+    Y_FIELD_NUMBER: _ClassVar[int]
+    x: float
+    y: float
+    def __init__(self, x: _Optional[float] = ..., y: _Optional[float] = ...) -> None: ...
+
 class FruitlessAction(_message.Message):
     __slots__ = ("kind", "x", "y", "yaw", "push_level")
     KIND_FIELD_NUMBER: _ClassVar[int]
@@ -286,18 +294,20 @@ class FruitlessAction(_message.Message):
     def __init__(self, kind: _Optional[_Union[MotionKind, str]] = ..., x: _Optional[float] = ..., y: _Optional[float] = ..., yaw: _Optional[float] = ..., push_level: _Optional[int] = ...) -> None: ...
 
 class DecisionMemory(_message.Message):
-    __slots__ = ("failed_pushes", "consecutive_grasp_failures", "step", "fruitless", "consecutive_pushes")
+    __slots__ = ("failed_pushes", "consecutive_grasp_failures", "step", "fruitless", "consecutive_pushes", "last_seen")
     FAILED_PUSHES_FIELD_NUMBER: _ClassVar[int]
     CONSECUTIVE_GRASP_FAILURES_FIELD_NUMBER: _ClassVar[int]
     STEP_FIELD_NUMBER: _ClassVar[int]
     FRUITLESS_FIELD_NUMBER: _ClassVar[int]
     CONSECUTIVE_PUSHES_FIELD_NUMBER: _ClassVar[int]
+    LAST_SEEN_FIELD_NUMBER: _ClassVar[int]
     failed_pushes: _containers.RepeatedCompositeFieldContainer[FailedPush]
     consecutive_grasp_failures: int
     step: int
     fruitless: _containers.RepeatedCompositeFieldContainer[FruitlessAction]
     consecutive_pushes: int
-    def __init__(self, failed_pushes: _Optional[_Iterable[_Union[FailedPush, _Mapping]]] = ..., consecutive_grasp_failures: _Optional[int] = ..., step: _Optional[int] = ..., fruitless: _Optional[_Iterable[_Union[FruitlessAction, _Mapping]]] = ..., consecutive_pushes: _Optional[int] = ...) -> None: ...
+    last_seen: _containers.RepeatedCompositeFieldContainer[Place]
+    def __init__(self, failed_pushes: _Optional[_Iterable[_Union[FailedPush, _Mapping]]] = ..., consecutive_grasp_failures: _Optional[int] = ..., step: _Optional[int] = ..., fruitless: _Optional[_Iterable[_Union[FruitlessAction, _Mapping]]] = ..., consecutive_pushes: _Optional[int] = ..., last_seen: _Optional[_Iterable[_Union[Place, _Mapping]]] = ...) -> None: ...
 
 class StageTime(_message.Message):
     __slots__ = ("stage", "milliseconds")

@@ -111,6 +111,16 @@ def test_it_pushes_where_a_little_of_the_target_shows(hinting, x):
     assert "a little of it shows there" in proposal.why
 
 
+@pytest.mark.parametrize("x", [0.42, 0.64])
+def test_it_pushes_where_the_target_was_last_seen(situation, x):
+    there = situation(
+        (0.42, 0.0, 0.05, 0.05, "grey"), (0.64, 0.0, 0.05, 0.05, "grey"), memory=Memory(last_seen=((x, 0.0),))
+    )
+    proposal = explore(there)
+    assert proposal.choice.of(pushes_towards(there.hint, there.maps.workspace))
+    assert "last seen" in proposal.why
+
+
 def test_a_hint_that_pushes_acted_near_in_vain_is_left_aside(hinting):
     assert "shows" not in explore(hinting(0.42, Memory(failed_pushes=((0.35, 0.0), (0.42, 0.07), (0.49, 0.0))))).why
 

@@ -36,3 +36,32 @@ def test_a_hint_counts_until_three_pushes_acted_near_it_in_vain(glanced):
         hint = hint_to_follow(glanced, Memory(failed_pushes=failed_pushes))
         assert hint.any() == followed
     assert hint_to_follow(replace(glanced, glimpse=glanced.hint), Memory(failed_pushes=near)).any()
+
+
+def test_where_nothing_shows_the_place_where_it_last_did_is_looked_at(perceived):
+    perception = perceived((0.5, 0.0, 0.05, 0.05, "grey"))
+    assert not hint_to_follow(perception, Memory()).any()
+    memory = Memory(last_seen=((0.5, 0.0), (0.6, 0.1)))
+    there = hint_to_follow(perception, memory)
+    assert there[cell(perception, 0.5, 0.0)]
+    assert there[cell(perception, 0.6, 0.1)]
+    assert not there[cell(perception, 0.4, 0.0)]
+    assert raised_tips(perception, there) == RAISED_TIPS  # how high it lies is not known
+    in_vain = replace(memory, failed_pushes=((0.5, 0.07), (0.6, 0.07), (0.43, 0.0)))
+    assert not hint_to_follow(perception, in_vain).any()
+
+
+def test_what_shows_goes_before_what_did(glanced):
+    there = hint_to_follow(glanced, Memory(last_seen=((0.4, 0.1),)))
+    np.testing.assert_array_equal(there, glanced.hint)
+
+
+def test_a_target_in_view_is_not_looked_for(perceived):
+    seen = perceived((0.5, 0.0, 0.05, 0.05, "red"))
+    assert seen.target_seen
+    assert not hint_to_follow(seen, Memory(last_seen=((0.4, 0.1),))).any()
+
+
+def cell(perception, x, y):
+    row, column = perception.maps.workspace.cell_of(x, y)
+    return int(row), int(column)

@@ -5,7 +5,8 @@ import pytest
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.decision_record import Decision
 from grasping_invisible.runtime.failures import acts_at
-from grasping_invisible.runtime.judge import judge, remember
+from grasping_invisible.runtime.judge import judge
+from grasping_invisible.runtime.judge import remember as judge_remember
 from grasping_invisible.runtime.memory import Memory
 from grasping_invisible.runtime.rotation import action_grid
 from grasping_invisible.runtime.workspace import Workspace
@@ -113,7 +114,13 @@ class TestMemory:
     def changed(self, unchanged):
         return replace(unchanged, scene_changed=True)
 
-    def test_explorational_pushes_that_found_nothing_are_remembered_three_deep(self, changed):
+    @pytest.fixture
+    def remember(self, perceived):
+        """Of a scene in which nothing of the target shows."""
+        before = perceived(ASIDE)
+        return lambda memory, decision, judgement: judge_remember(memory, before, decision, judgement)
+
+    def test_explorational_pushes_that_found_nothing_are_remembered_three_deep(self, remember, changed):
         memory = Memory()
         for x in (0.41, 0.42, 0.43, 0.44):
             memory = remember(memory, decision(gi.PUSH, x, policy="explorer"), changed)
@@ -121,15 +128,15 @@ class TestMemory:
         assert memory.failed_pushes == acted
         assert memory.step == 4
 
-    def test_explorational_pushes_that_changed_nothing_did_not_search(self, unchanged):
+    def test_explorational_pushes_that_changed_nothing_did_not_search(self, remember, unchanged):
         assert remember(Memory(), decision(gi.PUSH, policy="explorer"), unchanged).failed_pushes == ()
 
-    def test_pushes_that_found_the_target_and_those_of_the_coordinator_are_not(self, changed):
+    def test_pushes_that_found_the_target_and_those_of_the_coordinator_are_not(self, remember, changed):
         found = replace(changed, target_visible=True)
         assert remember(Memory(), decision(gi.PUSH, policy="explorer"), found).failed_pushes == ()
         assert remember(Memory(), decision(gi.PUSH), changed).failed_pushes == ()
 
-    def test_grasp_failures_count_until_success_or_change(self, unchanged, changed):
+    def test_grasp_failures_count_until_success_or_change(self, remember, unchanged, changed):
         twice = remember(remember(Memory(), decision(gi.GRASP), changed), decision(gi.GRASP), unchanged)
         assert twice.consecutive_grasp_failures == 2
         assert remember(twice, decision(gi.PUSH), unchanged).consecutive_grasp_failures == 2
@@ -137,7 +144,7 @@ class TestMemory:
         success = replace(changed, target_grasped=True)
         assert remember(twice, decision(gi.GRASP), success).consecutive_grasp_failures == 0
 
-    def test_fruitless_actions_are_kept_until_the_scene_changes(self, unchanged, changed):
+    def test_fruitless_actions_are_kept_until_the_scene_changes(self, remember, unchanged, changed):
         memory = Memory()
         for _ in range(10):
             memory = remember(memory, decision(gi.PUSH), unchanged)
@@ -145,8 +152,16 @@ class TestMemory:
         assert (memory.fruitless[-1].x, memory.fruitless[-1].kind) == (0.5, gi.PUSH)
         assert remember(memory, decision(gi.GRASP), changed).fruitless == ()
 
-    def test_a_push_is_not_repeated_before_some_others(self, unchanged, changed):
+    def test_a_push_is_not_repeated_before_some_others(self, remember, unchanged, changed):
         memory = remember(Memory(), decision(gi.GRASP), unchanged)
         for x in (0.41, 0.42, 0.43, 0.44):
             memory = remember(memory, decision(gi.PUSH, x), changed)
         assert [(action.kind, action.x) for action in memory.fruitless] == [(gi.PUSH, x) for x in (0.42, 0.43, 0.44)]
+
+    def test_the_place_of_a_target_that_was_seen_is_remembered_once_something_moved(
+        self, perceived, unchanged, changed
+    ):
+        seen, push = perceived(TARGET), decision(gi.PUSH, 0.5, 0.1)
+        assert judge_remember(Memory(), seen, push, unchanged).last_seen == ()
+        ((x, y),) = judge_remember(Memory(), seen, push, changed).last_seen
+        assert (x, y) == pytest.approx(TARGET[:2], abs=0.003)
