@@ -125,8 +125,8 @@ def train_critic(settings: CriticTraining, experience: Experience, console: Cons
             "hindsight_transitions": sum(transition.hindsight for transition in taught),
             "held_out_transitions": len(held_out),
             **experience.origin,
-            "discount": DISCOUNT,
             "rewards": rewards,
+            **({"discount": DISCOUNT} if rewards == PAPER else {}),
             "steps": settings.steps,
             "batch": settings.batch,
             "seed": settings.seed,
@@ -269,7 +269,7 @@ def _losses(
 ) -> dict[str, torch.Tensor]:
     """Loss of the temporal difference through executed cells only, and its mean size.
 
-    With the paper's rewards Huber's, as there (section VI-A). Where the target is a probability, discounted, it is the
+    With the paper's rewards Huber's, as there (section VI-A). Where the target is a probability it is the
     cross-entropy, whose gradient does not vanish where a critic is sure of what is wrong.
     """
     rng = np.random.default_rng((settings.seed, step))
