@@ -115,7 +115,7 @@ def test_a_target_under_something_else_is_found_but_cannot_be_acted_on():
 
 @pytest.mark.parametrize(("pixels", "hint"), [(4, True), (3, False)])
 def test_a_few_pixels_are_a_hint_and_speckle_is_none(pixels, hint):
-    seen = perceived(Painted(np.s_[230, 310 : 310 + pixels]))
+    seen = perceived(Painted(np.s_[230:231, 310 : 310 + pixels]))
     assert not seen.target_found
     assert seen.hint.any() == hint
     assert not seen.glimpse.any()
