@@ -22,10 +22,9 @@ def hint_to_follow(perception: Perception, memory: Memory) -> NDArray[np.bool_]:
     """
     workspace = perception.maps.workspace
     if perception.target_seen:
-        return np.zeros_like(perception.hint)
+        return perception.hint  # none
     if perception.hint.any():
-        row, column = np.argwhere(perception.hint).mean(axis=0)
-        hint, places = perception.hint, (workspace.cell_center(float(row), float(column)),)
+        hint, places = perception.hint, (workspace.middle_of(perception.hint),)
     else:
         hint, places = cells_around(memory.last_seen, workspace), memory.last_seen
     in_vain = len(memory.failed_pushes) == REMEMBERED and all(

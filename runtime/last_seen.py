@@ -27,8 +27,7 @@ def last_seen_after(places: tuple[Place, ...], before: Perception, decision: Dec
     """
     shown = before.mask if before.mask.any() else before.hint
     if shown.any():
-        row, column = np.argwhere(shown).mean(axis=0)
-        places = (before.maps.workspace.cell_center(float(row), float(column)),)
+        places = (before.maps.workspace.middle_of(shown),)
     if decision.kind == gi.PUSH:
         places = (*places, *(taken for place in places if (taken := _taken_along(place, decision)) is not None))
     return places[-PLACES_REMEMBERED:]
@@ -36,9 +35,7 @@ def last_seen_after(places: tuple[Place, ...], before: Perception, decision: Dec
 
 def cells_around(places: tuple[Place, ...], workspace: Workspace) -> NDArray[np.bool_]:
     """The heightmap's cells within `PLACE_RADIUS` of some places, (N, N)."""
-    cells = np.arange(workspace.cells) + 0.5
-    x = workspace.low[0] + cells * workspace.resolution
-    y = workspace.high[1] - cells[:, None] * workspace.resolution
+    x, y = workspace.cell_centers()
     around = np.zeros((workspace.cells, workspace.cells), np.bool_)
     for place_x, place_y in places:
         around |= (x - place_x) ** 2 + (y - place_y) ** 2 <= PLACE_RADIUS**2

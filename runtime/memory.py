@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from grasping_invisible.data.action_grid import ACTION_CELLS, LOW, PUSH_LEVELS, ROTATIONS
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
-from grasping_invisible.runtime.rotation import ANGLES, ahead_of_cells
+from grasping_invisible.runtime.rotation import ANGLES, action_grid
 from grasping_invisible.runtime.workspace import Workspace
 
 FRUITLESS_REMEMBERED = 8
@@ -57,7 +57,7 @@ def untried(kind: gi.MotionKind, memory: Memory, workspace: Workspace) -> NDArra
     ever.
     """
     allowed = np.ones((len(PUSH_LEVELS), ROTATIONS, ACTION_CELLS, ACTION_CELLS), np.bool_)
-    x, y = (coordinates[0] for coordinates in ahead_of_cells(0.0, workspace))
+    x, y = action_grid(workspace).cell_centers()
     period = math.pi if kind == gi.GRASP else 2 * math.pi  # a grasp turned by half a turn is the same grasp
     for action in memory.fruitless:
         if action.kind != kind:
@@ -71,7 +71,7 @@ def untried(kind: gi.MotionKind, memory: Memory, workspace: Workspace) -> NDArra
 def memory_message(memory: Memory) -> gi.DecisionMemory:
     """The memory as it is logged."""
     return gi.DecisionMemory(
-        failed_pushes=[gi.FailedPush(x=x, y=y) for x, y in memory.failed_pushes],
+        failed_pushes=[gi.Place(x=x, y=y) for x, y in memory.failed_pushes],
         consecutive_grasp_failures=memory.consecutive_grasp_failures,
         step=memory.step,
         fruitless=[

@@ -37,12 +37,9 @@ def ahead_of_cells(distance: float, workspace: Workspace) -> tuple[NDArray[np.fl
 
     x, (16, 1, 112), and y, (16, 112, 1), in the base frame, metres.
     """
-    grid = action_grid(workspace)
-    cells = np.arange(ACTION_CELLS) + 0.5
+    x, y = action_grid(workspace).cell_centers()
     yaw = ANGLES[:, None, None]
-    x = grid.low[0] + cells * grid.resolution + distance * np.cos(yaw)
-    y = grid.high[1] - cells[:, None] * grid.resolution + distance * np.sin(yaw)
-    return np.asarray(x, np.float64), np.asarray(y, np.float64)
+    return x + distance * np.cos(yaw), y + distance * np.sin(yaw)
 
 
 def critic_planes(maps: Heightmaps, mask: NDArray[np.bool_], count: int = PLANES) -> NDArray[np.float32]:

@@ -7,6 +7,7 @@ right and +y up: row 0 lies at the largest y, column 0 at the smallest x.
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,18 @@ class Workspace:
             self.low[0] + (column + 0.5) * self.resolution,
             self.high[1] - (row + 0.5) * self.resolution,
         )
+
+    def cell_centers(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The x of the middles of every column's cells, (N,), and the y of every row's, (N, 1); base frame, metres."""
+        cells = np.arange(self.cells) + 0.5
+        x = self.low[0] + cells * self.resolution
+        y = self.high[1] - cells[:, None] * self.resolution
+        return np.asarray(x, np.float64), np.asarray(y, np.float64)
+
+    def middle_of(self, cells: NDArray[np.bool_]) -> tuple[float, float]:
+        """The (x, y) in the base frame, metres, of the middle of some heightmap cells, (N, N), not all false."""
+        row, column = np.argwhere(cells).mean(axis=0)
+        return self.cell_center(float(row), float(column))
 
     def cell_of(self, x: float, y: float) -> tuple[int, int]:
         """The (row, column) of the cell holding a point of the base frame; may lie outside the grid."""

@@ -150,7 +150,8 @@ class Replay:
         self.errors = torch.ones(len(transitions))  # unseen ones first
         pushes = np.array([transition.kind == gi.PUSH for transition in transitions], np.bool_)
         parts = ((np.flatnonzero(pushes), PUSH_SHARE), (np.flatnonzero(~pushes), 1 - PUSH_SHARE))
-        self._kinds = [(part, share) for part, share in parts if len(part)]
+        whole = sum(share for part, share in parts if len(part))
+        self._kinds = [(part, share / whole) for part, share in parts if len(part)]
 
     def draw(self, rng: np.random.Generator, count: int, progress: float) -> tuple[list[int], torch.Tensor]:
         """Indices drawn by priority, and weights (count,) against its bias, full at `progress` 1.
@@ -159,10 +160,9 @@ class Replay:
         """
         priorities = (self.errors.numpy().astype(np.float64) + PRIORITY_FLOOR) ** PRIORITY_EXPONENT
         shares, alike = np.zeros_like(priorities), np.zeros_like(priorities)
-        whole = sum(share for _, share in self._kinds)
         for part, share in self._kinds:
-            shares[part] = priorities[part] / priorities[part].sum() * share / whole
-            alike[part] = 1 / len(part) * share / whole
+            shares[part] = priorities[part] / priorities[part].sum() * share
+            alike[part] = 1 / len(part) * share
         indices = rng.choice(len(shares), count, p=shares)
         weights = (shares[indices] / alike[indices]) ** -(0.4 + 0.6 * progress)
         return indices.tolist(), torch.tensor(weights / weights.max(), dtype=torch.float32)
@@ -193,7 +193,7 @@ class Replay:
         return grasp if self.rewards == SUCCESS else DISCOUNT * max(push, grasp)
 
     def _earned(self, transition: Transition) -> float:
-        """What a motion itself is worth; where any object counts there is one way alone."""
+        """What a motion itself is worth; where any object counts by `PAPER` alone."""
         if self.rewards == PAPER:
             return transition.reward
         freed = transition.kind == gi.PUSH and self.taken.get((id(transition.then), transition.goal), False)

@@ -263,14 +263,6 @@ class QMaps(_message.Message):
     push_levels: int
     def __init__(self, stamp: _Optional[_Union[datetime.datetime, _timestamp_pb2.Timestamp, _Mapping]] = ..., step: _Optional[int] = ..., rotations: _Optional[int] = ..., rows: _Optional[int] = ..., columns: _Optional[int] = ..., push_min: _Optional[float] = ..., push_max: _Optional[float] = ..., grasp_min: _Optional[float] = ..., grasp_max: _Optional[float] = ..., push_png: _Optional[bytes] = ..., grasp_png: _Optional[bytes] = ..., push_levels: _Optional[int] = ...) -> None: ...
 
-class FailedPush(_message.Message):
-    __slots__ = ("x", "y")
-    X_FIELD_NUMBER: _ClassVar[int]
-    Y_FIELD_NUMBER: _ClassVar[int]
-    x: float
-    y: float
-    def __init__(self, x: _Optional[float] = ..., y: _Optional[float] = ...) -> None: ...
-
 class Place(_message.Message):
     __slots__ = ("x", "y")
     X_FIELD_NUMBER: _ClassVar[int]
@@ -301,13 +293,13 @@ class DecisionMemory(_message.Message):
     FRUITLESS_FIELD_NUMBER: _ClassVar[int]
     CONSECUTIVE_PUSHES_FIELD_NUMBER: _ClassVar[int]
     LAST_SEEN_FIELD_NUMBER: _ClassVar[int]
-    failed_pushes: _containers.RepeatedCompositeFieldContainer[FailedPush]
+    failed_pushes: _containers.RepeatedCompositeFieldContainer[Place]
     consecutive_grasp_failures: int
     step: int
     fruitless: _containers.RepeatedCompositeFieldContainer[FruitlessAction]
     consecutive_pushes: int
     last_seen: _containers.RepeatedCompositeFieldContainer[Place]
-    def __init__(self, failed_pushes: _Optional[_Iterable[_Union[FailedPush, _Mapping]]] = ..., consecutive_grasp_failures: _Optional[int] = ..., step: _Optional[int] = ..., fruitless: _Optional[_Iterable[_Union[FruitlessAction, _Mapping]]] = ..., consecutive_pushes: _Optional[int] = ..., last_seen: _Optional[_Iterable[_Union[Place, _Mapping]]] = ...) -> None: ...
+    def __init__(self, failed_pushes: _Optional[_Iterable[_Union[Place, _Mapping]]] = ..., consecutive_grasp_failures: _Optional[int] = ..., step: _Optional[int] = ..., fruitless: _Optional[_Iterable[_Union[FruitlessAction, _Mapping]]] = ..., consecutive_pushes: _Optional[int] = ..., last_seen: _Optional[_Iterable[_Union[Place, _Mapping]]] = ...) -> None: ...
 
 class StageTime(_message.Message):
     __slots__ = ("stage", "milliseconds")

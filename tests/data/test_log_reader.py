@@ -141,15 +141,15 @@ def test_a_payload_of_another_type_is_damage(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("chunked", [True, False])
 def test_a_topic_we_do_not_know_is_decoded_by_its_schema(tmp_path: Path, chunked: bool) -> None:
-    payload = gi.FailedPush(x=1.5).SerializeToString()
-    reader = LogReader(foreign_log(tmp_path / "x.mcap", "other/topic", gi.FailedPush, payload, chunked))
+    payload = gi.Place(x=1.5).SerializeToString()
+    reader = LogReader(foreign_log(tmp_path / "x.mcap", "other/topic", gi.Place, payload, chunked))
     [message] = reader.messages()
     assert message.message.x == 1.5  # pyright: ignore[reportAttributeAccessIssue]
     assert reader.complete, reader.damage
 
 
 def test_a_foreign_topic_that_cannot_be_decoded_is_no_damage(tmp_path: Path) -> None:
-    reader = LogReader(foreign_log(tmp_path / "x.mcap", "other/topic", gi.FailedPush, b"\xff\xff"))
+    reader = LogReader(foreign_log(tmp_path / "x.mcap", "other/topic", gi.Place, b"\xff\xff"))
     assert list(reader.messages()) == []
     assert reader.complete, reader.damage
     [(_, channel, raw, message)] = reader.sound_messages()

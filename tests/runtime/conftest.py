@@ -26,12 +26,14 @@ from grasping_invisible.runtime.bus import Bus
 from grasping_invisible.runtime.config import Config, to_toml
 from grasping_invisible.runtime.critic import QMaps
 from grasping_invisible.runtime.decision import DecisionSettings
+from grasping_invisible.runtime.decision_record import Decision
 from grasping_invisible.runtime.frame import Camera, RgbdFrame
 from grasping_invisible.runtime.frame_sets import FrameParts
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.loop import RunPlan, run_loop
 from grasping_invisible.runtime.memory import Memory
 from grasping_invisible.runtime.perception import Perception
+from grasping_invisible.runtime.rotation import action_grid
 from grasping_invisible.runtime.run_log import RunFacts, RunLog
 from grasping_invisible.runtime.situation import Situation, situation_of
 from grasping_invisible.runtime.workspace import Workspace
@@ -242,3 +244,39 @@ def situation(perceived: Callable[..., Perception], set_models: SetModels) -> Ca
 @pytest.fixture
 def recorded_robot() -> type[RecordedRobot]:
     return RecordedRobot
+
+
+@pytest.fixture
+def decision() -> Callable[..., Decision]:
+    """Builds the decision for a motion that starts at a place; base frame."""
+
+    def build(
+        kind: gi.MotionKind, x: float = 0.5, y: float = 0.0, yaw: float = 0.0, policy: str = "coordinator"
+    ) -> Decision:
+        row, column = action_grid(Workspace()).cell_of(x, y)
+        return Decision(
+            frame_stamp_ns=5,
+            step=2,
+            policy=policy,
+            method=policy,
+            kind=kind,
+            rotation=0,
+            row=row,
+            column=column,
+            level=0,
+            position=(x, y, 0.02),
+            yaw=yaw,
+            opening=0.0,
+            value=0.5,
+            q_push=0.5,
+            q_grasp=0.5,
+            border_ratio=0.0,
+            border_norm=0.0,
+            grasp_probability=None,
+            target_pixels=0,
+            memory=Memory(),
+            seed=0,
+            why="",
+        )
+
+    return build

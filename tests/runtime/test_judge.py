@@ -3,45 +3,14 @@ from dataclasses import replace
 import pytest
 
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
-from grasping_invisible.runtime.decision_record import Decision
 from grasping_invisible.runtime.failures import acts_at
 from grasping_invisible.runtime.judge import judge
 from grasping_invisible.runtime.judge import remember as judge_remember
 from grasping_invisible.runtime.memory import Memory
-from grasping_invisible.runtime.rotation import action_grid
-from grasping_invisible.runtime.workspace import Workspace
 
 TARGET = (0.5, 0.0, 0.05, 0.05, "red")
 NEIGHBOUR = (0.552, 0.0, 0.05, 0.05, "grey")
 ASIDE = (0.62, 0.0, 0.05, 0.05, "grey")
-
-
-def decision(kind: gi.MotionKind, x: float = 0.5, y: float = 0.0, policy: str = "coordinator") -> Decision:
-    row, column = action_grid(Workspace()).cell_of(x, y)
-    return Decision(
-        frame_stamp_ns=5,
-        step=2,
-        policy=policy,
-        method=policy,
-        kind=kind,
-        rotation=0,
-        row=row,
-        column=column,
-        level=0,
-        position=(x, y, 0.02),
-        yaw=0.0,
-        opening=0.0,
-        value=0.5,
-        q_push=0.5,
-        q_grasp=0.5,
-        border_ratio=0.0,
-        border_norm=0.0,
-        grasp_probability=None,
-        target_pixels=0,
-        memory=Memory(),
-        seed=0,
-        why="",
-    )
 
 
 def outcome(holding: bool = False) -> gi.MotionOutcome:
@@ -59,13 +28,13 @@ def outcome(holding: bool = False) -> gi.MotionOutcome:
         ((0.5, 0.0), True, [(0.5, 0.0, 0.030, 0.05, "red"), ASIDE], True, False),  # 64 % gone
     ],
 )
-def test_what_a_grasp_brought(perceived, aim, holding, left, object_grasped, target_grasped):
+def test_what_a_grasp_brought(decision, perceived, aim, holding, left, object_grasped, target_grasped):
     result = judge(perceived(TARGET, ASIDE), decision(gi.GRASP, *aim), outcome(holding), perceived(*left))
     assert result.object_grasped is object_grasped
     assert result.target_grasped is target_grasped
 
 
-def test_a_push_that_makes_room(perceived):
+def test_a_push_that_makes_room(decision, perceived):
     result = judge(perceived(TARGET, NEIGHBOUR), decision(gi.PUSH), outcome(), perceived(TARGET, ASIDE))
     assert result.scene_changed
     assert result.target_visible
@@ -76,7 +45,7 @@ def test_a_push_that_makes_room(perceived):
     assert message.border_decrease == result.border_decrease
 
 
-def test_a_scene_that_only_flickers_is_as_before(perceived):
+def test_a_scene_that_only_flickers_is_as_before(decision, perceived):
     before, after = perceived(TARGET), perceived(TARGET)
     after.maps.height[:] += 0.005
     after.maps.height[20:120, 50:52] += 0.03  # an edge, two cells wide
@@ -86,7 +55,7 @@ def test_a_scene_that_only_flickers_is_as_before(perceived):
     assert judge(before, decision(gi.PUSH), outcome(), after).scene_changed
 
 
-def test_an_arm_that_did_not_start_changed_nothing(perceived):
+def test_an_arm_that_did_not_start_changed_nothing(decision, perceived):
     unreachable = gi.MotionOutcome(command_id=9, status=gi.UNREACHABLE, detail="too far")
     assert not judge(perceived(TARGET), decision(gi.PUSH), unreachable, perceived()).scene_changed
 
@@ -99,7 +68,7 @@ def test_an_arm_that_did_not_start_changed_nothing(perceived):
         ([ASIDE], [ASIDE], "still hidden"),
     ],
 )
-def test_the_story_names_what_became_of_the_target(perceived, before, after, story):
+def test_the_story_names_what_became_of_the_target(decision, perceived, before, after, story):
     result = judge(perceived(*before), decision(gi.PUSH), outcome(), perceived(*after))
     assert story in result.detail
     assert result.detail.startswith("done")
@@ -107,7 +76,7 @@ def test_the_story_names_what_became_of_the_target(perceived, before, after, sto
 
 class TestMemory:
     @pytest.fixture
-    def unchanged(self, perceived):
+    def unchanged(self, decision, perceived):
         return judge(perceived(ASIDE), decision(gi.PUSH), outcome(), perceived(ASIDE))
 
     @pytest.fixture
@@ -120,7 +89,7 @@ class TestMemory:
         before = perceived(ASIDE)
         return lambda memory, decision, judgement: judge_remember(memory, before, decision, judgement)
 
-    def test_explorational_pushes_that_found_nothing_are_remembered_three_deep(self, remember, changed):
+    def test_explorational_pushes_that_found_nothing_are_remembered_three_deep(self, decision, remember, changed):
         memory = Memory()
         for x in (0.41, 0.42, 0.43, 0.44):
             memory = remember(memory, decision(gi.PUSH, x, policy="explorer"), changed)
@@ -128,15 +97,15 @@ class TestMemory:
         assert memory.failed_pushes == acted
         assert memory.step == 4
 
-    def test_explorational_pushes_that_changed_nothing_did_not_search(self, remember, unchanged):
+    def test_explorational_pushes_that_changed_nothing_did_not_search(self, decision, remember, unchanged):
         assert remember(Memory(), decision(gi.PUSH, policy="explorer"), unchanged).failed_pushes == ()
 
-    def test_pushes_that_found_the_target_and_those_of_the_coordinator_are_not(self, remember, changed):
+    def test_pushes_that_found_the_target_and_those_of_the_coordinator_are_not(self, decision, remember, changed):
         found = replace(changed, target_visible=True)
         assert remember(Memory(), decision(gi.PUSH, policy="explorer"), found).failed_pushes == ()
         assert remember(Memory(), decision(gi.PUSH), changed).failed_pushes == ()
 
-    def test_grasp_failures_count_until_success_or_change(self, remember, unchanged, changed):
+    def test_grasp_failures_count_until_success_or_change(self, decision, remember, unchanged, changed):
         twice = remember(remember(Memory(), decision(gi.GRASP), changed), decision(gi.GRASP), unchanged)
         assert twice.consecutive_grasp_failures == 2
         assert remember(twice, decision(gi.PUSH), unchanged).consecutive_grasp_failures == 2
@@ -144,7 +113,7 @@ class TestMemory:
         success = replace(changed, target_grasped=True)
         assert remember(twice, decision(gi.GRASP), success).consecutive_grasp_failures == 0
 
-    def test_fruitless_actions_are_kept_until_the_scene_changes(self, remember, unchanged, changed):
+    def test_fruitless_actions_are_kept_until_the_scene_changes(self, decision, remember, unchanged, changed):
         memory = Memory()
         for _ in range(10):
             memory = remember(memory, decision(gi.PUSH), unchanged)
@@ -152,14 +121,14 @@ class TestMemory:
         assert (memory.fruitless[-1].x, memory.fruitless[-1].kind) == (0.5, gi.PUSH)
         assert remember(memory, decision(gi.GRASP), changed).fruitless == ()
 
-    def test_a_push_is_not_repeated_before_some_others(self, remember, unchanged, changed):
+    def test_a_push_is_not_repeated_before_some_others(self, decision, remember, unchanged, changed):
         memory = remember(Memory(), decision(gi.GRASP), unchanged)
         for x in (0.41, 0.42, 0.43, 0.44):
             memory = remember(memory, decision(gi.PUSH, x), changed)
         assert [(action.kind, action.x) for action in memory.fruitless] == [(gi.PUSH, x) for x in (0.42, 0.43, 0.44)]
 
     def test_the_place_of_a_target_that_was_seen_is_remembered_once_something_moved(
-        self, perceived, unchanged, changed
+        self, decision, perceived, unchanged, changed
     ):
         seen, push = perceived(TARGET), decision(gi.PUSH, 0.5, 0.1)
         assert judge_remember(Memory(), seen, push, unchanged).last_seen == ()
