@@ -108,7 +108,7 @@ def remember(memory: Memory, before: Perception, decision: Decision, judgement: 
         failures = 0 if judgement.target_grasped else failures + 1
     elif judgement.scene_changed:
         failures = 0
-    made = FruitlessAction(decision.kind, x, y, decision.yaw, decision.level)
+    made = FruitlessAction(decision.kind, x, y, decision.yaw, decision.level, not judgement.scene_changed)
     if not judgement.scene_changed:
         fruitless = (*memory.fruitless, made)[-FRUITLESS_REMEMBERED:]
     elif pushed:

@@ -21,7 +21,7 @@ FRUITLESS_TURN = 1.5 * 2 * math.pi / ROTATIONS  # radians: the same rotation and
 class FruitlessAction:
     """An action that would bring nothing new: after it the scene was as before, or it is a push that was just made.
 
-    `kind`: gi.PUSH or gi.GRASP; metres, radians, base frame. `level`: of a push.
+    `kind`: gi.PUSH or gi.GRASP; metres, radians, base frame. `level`: of a push. `unchanged`: the scene was as before.
     """
 
     kind: gi.MotionKind
@@ -29,6 +29,7 @@ class FruitlessAction:
     y: float
     yaw: float
     level: int = LOW
+    unchanged: bool = False
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,9 @@ def memory_message(memory: Memory) -> gi.DecisionMemory:
         consecutive_grasp_failures=memory.consecutive_grasp_failures,
         step=memory.step,
         fruitless=[
-            gi.FruitlessAction(kind=act.kind, x=act.x, y=act.y, yaw=act.yaw, push_level=act.level)
+            gi.FruitlessAction(
+                kind=act.kind, x=act.x, y=act.y, yaw=act.yaw, push_level=act.level, unchanged=act.unchanged
+            )
             for act in memory.fruitless
         ],
         consecutive_pushes=memory.consecutive_pushes,
@@ -89,7 +92,9 @@ def memory_from_message(message: gi.DecisionMemory) -> Memory:
         failed_pushes=tuple((push.x, push.y) for push in message.failed_pushes),
         consecutive_grasp_failures=message.consecutive_grasp_failures,
         step=message.step,
-        fruitless=tuple(FruitlessAction(act.kind, act.x, act.y, act.yaw, act.push_level) for act in message.fruitless),
+        fruitless=tuple(
+            FruitlessAction(act.kind, act.x, act.y, act.yaw, act.push_level, act.unchanged) for act in message.fruitless
+        ),
         consecutive_pushes=message.consecutive_pushes,
         last_seen=tuple((place.x, place.y) for place in message.last_seen),
     )

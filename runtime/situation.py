@@ -1,6 +1,6 @@
 """What a method decides from, and what it answers."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -10,6 +10,7 @@ from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.target_border import TargetBorder, target_border
 from grasping_invisible.runtime.choice import Choice
 from grasping_invisible.runtime.critic import QMaps
+from grasping_invisible.runtime.doubt import doubted
 from grasping_invisible.runtime.explorer_maps import ExplorationMaps
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.hint import hint_to_follow, raised_tips
@@ -61,11 +62,11 @@ class Situation:
         return self.perception.maps
 
     def q_maps(self, mask: NDArray[np.bool_]) -> QMaps:
-        """What the critic says for a mask (N, N)."""
+        """What the critic says for a mask (N, N), and of pushes what is to be doubted of it."""
         self.watch.lap("feasibility")
         q_maps = self.models.q_maps(self.maps, mask)
         self.watch.lap("critic")
-        return q_maps
+        return replace(q_maps, push=doubted(q_maps.push, self.memory.fruitless, self.maps.workspace))
 
     def agnostic_q_maps(self) -> QMaps:
         """What the critic says under a mask of ones: any object counts as the target."""

@@ -5,6 +5,7 @@ colours) is background.
 """
 
 import colorsys
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,12 +35,12 @@ class Appearance:
     camera: Camera
 
 
-def draw_appearance(rng: np.random.Generator, blocks: int, standard: bool, empty: bool) -> Appearance:
-    """Random colours, light and camera for so many blocks.
+def draw_appearance(rng: np.random.Generator, odds: Sequence[float], standard: bool) -> Appearance:
+    """Random colours, light and camera. `odds`: of each block, its probability of a target class.
 
-    `standard`: the simulator's own light, table, camera and colours. `empty`: no block of a target class.
+    `standard`: the simulator's own light, table, camera and colours.
     """
-    kinds = [_draw_kind(rng, empty) for _ in range(blocks)]
+    kinds = [_draw_kind(rng, chance) for chance in odds]
     colors = [_color_of(kind, rng, standard) for kind in kinds]
     classes = [CLASSES.index(kind) if kind in CLASSES else 0 for kind in kinds]
     if standard:
@@ -53,8 +54,8 @@ def paint(client: int, bodies: list[int], table: int, appearance: Appearance) ->
         pybullet.changeVisualShape(body, -1, rgbaColor=(*color, 1.0), physicsClientId=client)
 
 
-def _draw_kind(rng: np.random.Generator, empty: bool) -> str:
-    if rng.random() < 0.5 and not empty:
+def _draw_kind(rng: np.random.Generator, odds: float) -> str:
+    if rng.random() < odds:
         return str(rng.choice(TARGET_COLORS))
     return "foreign" if rng.random() < 0.2 else GREY
 

@@ -12,7 +12,8 @@ SCALES = (0.7, 1.5)  # of a crop; below 1 the image grows
 def draw_crop(rng: np.random.Generator, piles: list[Views], size: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
     """One augmented square crop, (size, size, 3) uint8 RGB, and its labels, (size, size) uint8.
 
-    Two crops in three are centred on a pixel of some block, so that the table does not fill the batch.
+    Two crops in three are centred near a pixel of some block, so that the table does not fill the batch; half of these
+    of the class of which least is in view.
     """
     pile = piles[rng.integers(len(piles))]
     view = int(rng.integers(len(pile.color)))
@@ -49,14 +50,21 @@ def _window(rng: np.random.Generator, labels: NDArray[np.uint8], size: int) -> t
     height, width = labels.shape
     side = min(int(size * rng.uniform(*SCALES)), height, width)
     middle = rng.integers(0, (height, width))
-    if rng.random() < 2 / 3:
-        rows, columns = np.nonzero(labels)
+    share = rng.random()
+    if share < 2 / 3:
+        rows, columns = np.nonzero(labels if share < 1 / 3 else labels == _least_seen(labels))
         if len(rows):
             chosen = rng.integers(len(rows))
             middle = np.array([rows[chosen], columns[chosen]]) + rng.integers(-side // 3, side // 3 + 1, 2)
     top = int(np.clip(middle[0] - side // 2, 0, height - side))
     left = int(np.clip(middle[1] - side // 2, 0, width - side))
     return slice(top, top + side), slice(left, left + side)
+
+
+def _least_seen(labels: NDArray[np.uint8]) -> int:
+    """The target class with the fewest pixels, but some; 1 where there is none."""
+    counts = np.bincount(labels.ravel(), minlength=2)[1:]
+    return int(np.argmin(np.where(counts > 0, counts, labels.size))) + 1
 
 
 def _shading(rng: np.random.Generator, shape: tuple[int, int]) -> NDArray[np.float32]:

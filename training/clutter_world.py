@@ -1,6 +1,7 @@
-"""Random clutter for the segmenter to learn from: blocks dropped one after another, sometimes with the arm in view.
+"""Random clutter for the segmenter to learn from, sometimes with the arm in view.
 
-This is for images only; scenes to act in come from the simulator's generator.
+Half of it is blocks dropped one after another, which lie open; half the generator's covered scenes, knocked about as
+pushes do, where blocks show as slivers.
 """
 
 from dataclasses import dataclass
@@ -10,6 +11,7 @@ import pybullet
 
 from grasping_invisible.sim_robot.bin import add_bin
 from grasping_invisible.sim_robot.blocks import BLOCKS
+from grasping_invisible.sim_robot.generate import generate_scene
 from grasping_invisible.sim_robot.kinematics import HOME_JOINTS, Kinematics, tool_down
 from grasping_invisible.sim_robot.panda import ARM_JOINTS, FINGER_JOINTS, Panda
 from grasping_invisible.sim_robot.scene import Scene, SceneObject
@@ -19,6 +21,10 @@ MOST_OBJECTS = 14
 FALL_STEPS = 50  # physics steps after each block, then SETTLE_STEPS at the end
 SETTLE_STEPS = 120
 ARM_SHARE = 0.3  # of worlds that hold an arm; it costs more than everything else to draw
+COVERED_SHARE = 0.5  # of worlds that are covered scenes
+COVERED_BASICS = (8, 18)  # blocks beside the target in those, least and most
+KNOCK_SPEED = (0.3, 1.2)  # m/s along the table, of a block knocked by something
+KNOCK_STEPS = 60  # physics steps after it
 
 
 @dataclass
@@ -39,7 +45,36 @@ class ClutterWorld:
 
 
 def make_clutter(rng: np.random.Generator) -> ClutterWorld:
-    """Drop 0 to 14 random blocks around one or two places of the workspace."""
+    """Blocks dropped around one or two places of the workspace, or a covered scene."""
+    world = _covered(rng) if rng.random() < COVERED_SHARE else _dropped(rng)
+    try:
+        panda = Panda(world.client, world.step) if rng.random() < ARM_SHARE else None
+    except BaseException:
+        world.close()
+        raise
+    return ClutterWorld(world, panda)
+
+
+def knock(world: World, rng: np.random.Generator) -> None:
+    """Give a block a speed along the table, as a push does, and let physics act a while."""
+    if not world.bodies:
+        return
+    heading, speed = rng.uniform(0, 2 * np.pi), rng.uniform(*KNOCK_SPEED)
+    velocity = [speed * np.cos(heading), speed * np.sin(heading), 0.0]
+    body = int(rng.choice(list(world.bodies.values())))
+    pybullet.resetBaseVelocity(body, velocity, physicsClientId=world.client)
+    world.step(KNOCK_STEPS)
+
+
+def _covered(rng: np.random.Generator) -> World:
+    basics = int(rng.integers(*COVERED_BASICS, endpoint=True))
+    world = World(generate_scene(int(rng.integers(2**31)), "covered", basics=basics), None)
+    add_bin(world.client)
+    return world
+
+
+def _dropped(rng: np.random.Generator) -> World:
+    """0 to 14 random blocks."""
     count = 0 if rng.random() < 0.03 else int(rng.integers(2, MOST_OBJECTS + 1))
     world = World(_parked_blocks(rng, max(count, 1)), None)
     try:
@@ -55,11 +90,10 @@ def make_clutter(rng: np.random.Generator) -> ClutterWorld:
         world.step(SETTLE_STEPS)
         if count == 0:
             world.remove(next(iter(world.bodies)))
-        panda = Panda(world.client, world.step) if rng.random() < ARM_SHARE else None
     except BaseException:
         world.close()
         raise
-    return ClutterWorld(world, panda)
+    return world
 
 
 def pose_arm(clutter: ClutterWorld, kinematics: Kinematics, rng: np.random.Generator) -> None:

@@ -4,6 +4,7 @@ A file's content depends on its seed alone, so an interrupted rendering goes on 
 """
 
 import os
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,14 +17,18 @@ from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.frame import Camera
 from grasping_invisible.sim_robot.blocks import BLOCKS
-from grasping_invisible.sim_robot.camera import render
+from grasping_invisible.sim_robot.camera import default_camera, render
 from grasping_invisible.sim_robot.kinematics import Kinematics
 from grasping_invisible.training.appearance import draw_appearance, paint
-from grasping_invisible.training.clutter_world import ClutterWorld, make_clutter, pose_arm
+from grasping_invisible.training.clutter_world import ClutterWorld, knock, make_clutter, pose_arm
 
 VIEWS = 6  # of each pile
 STANDARD_SHARE = 0.3  # of views with the simulator's own light, colours and camera
 EMPTY_SHARE = 0.12  # of views without any target class
+KNOCKED_SHARE = 0.5  # of views before which a block is knocked
+TARGET_ODDS = 0.5  # a block's, to be of a target class
+SLIVER_ODDS = 0.8  # the same where little of it shows: otherwise few targets would be seen as slivers
+SLIVER_PIXELS = (4, 150)  # how little that is
 HELD_OUT_SEEDS = 1_000_000  # piles from this seed on are never trained on
 
 
@@ -89,14 +94,23 @@ def pile_path(folder: Path, seed: int) -> Path:
 def _view(clutter: ClutterWorld, kinematics: Kinematics, rng: np.random.Generator) -> tuple:
     bodies = list(clutter.world.bodies.values())
     standard, empty = bool(rng.random() < STANDARD_SHARE), bool(rng.random() < EMPTY_SHARE)
-    look = draw_appearance(rng, len(bodies), standard, empty)
+    if rng.random() < KNOCKED_SHARE:
+        knock(clutter.world, rng)
     pose_arm(clutter, kinematics, rng)
+    odds = [0.0] * len(bodies) if empty else _target_odds(clutter.client, bodies)
+    look = draw_appearance(rng, odds, standard)
     paint(clutter.client, bodies, clutter.world.table, look)
     image = render(clutter.client, look.camera, look.lighting)
     class_of_body = np.zeros(max([*bodies, *np.unique(image.bodies)]) + 2, np.uint8)
     class_of_body[bodies] = look.classes
     labels = class_of_body[image.bodies]  # body -1, nothing, reads the last entry, which stays 0
     return image.color, labels, _visible(clutter, look.camera, look.classes, labels), np.bool_(standard)
+
+
+def _target_odds(client: int, bodies: list[int]) -> list[float]:
+    seen = Counter(render(client, default_camera()).bodies.ravel().tolist())
+    fewest, most = SLIVER_PIXELS
+    return [SLIVER_ODDS if fewest <= seen[body] <= most else TARGET_ODDS for body in bodies]
 
 
 def _visible(

@@ -7,10 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasping_invisible.data.classes import CLASSES
+from grasping_invisible.runtime.perception import MIN_HINT_PIXELS
 from grasping_invisible.training.renders import Views
 
 HEAVY_OCCLUSION = 0.35  # of a class's blocks at most this share is in view
 FEWEST_SEEN = 30  # pixels; with fewer in view a class counts as hidden, not as occluded
+SLIVER = (20, 100)  # pixels of a class in view, from so many to fewer than a target needs to count as seen
 
 
 @dataclass
@@ -41,11 +43,12 @@ def score_segmenter(
 
     `miou`: mean over the 8 classes, all views. `miou_standard`: of views as the simulator's camera takes them.
     `iou_occluded`: mean over the target colours where at most `HEAVY_OCCLUSION` of a class is in view.
+    `slivers_found`: of the classes of which a `SLIVER` is in view, how many get enough of its pixels for a hint.
     `empty_false_pixels`: mean number of pixels given a target class in a view without any; `empty_false_worst`: the
     most in one view. What the renders have no example of is left out.
     """
     every, standard, occluded = Overlap(), Overlap(), Overlap()
-    false_pixels = []
+    false_pixels, slivers = [], []
     for pile in piles:
         for color, truth, visible, is_standard in zip(
             pile.color, pile.labels, pile.visible, pile.standard, strict=True
@@ -58,12 +61,15 @@ def score_segmenter(
             seen = confusion.sum(axis=1)
             hidden = np.flatnonzero((visible <= HEAVY_OCCLUSION) & (seen >= FEWEST_SEEN))
             occluded.add(confusion, hidden.tolist())
+            small = (seen[1:] >= SLIVER[0]) & (seen[1:] < SLIVER[1])
+            slivers += (confusion.diagonal()[1:][small] >= MIN_HINT_PIXELS).tolist()
             if not truth.any():
                 false_pixels.append(int(np.count_nonzero(labels)))
     scores = {
         "miou": _mean(every.iou),
         "miou_standard": _mean(standard.iou),
         "iou_occluded": _mean(occluded.iou[1:]),
+        "slivers_found": _mean(np.array(slivers, float)),
         "empty_false_pixels": _mean(np.array(false_pixels, float)),
         "empty_false_worst": float(max(false_pixels, default=np.nan)),
     }

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from torch.nn import functional
 
+from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.data.progress import bar
 from grasping_invisible.training.augment import draw_crop
 from grasping_invisible.training.checkpoint import Checkpoint
@@ -20,6 +21,8 @@ from grasping_invisible.training.segmenter_score import score_segmenter
 from grasping_invisible.training.session import Session
 from grasping_invisible.training.source import source_commit
 
+FULL_PIXELS = 1000  # of a class in a crop; with fewer each weighs more
+SLIVER_WEIGHT = 5.0  # at most
 WATCHED = 3  # held-out piles of which the curves during a training are drawn; the scores at its end are of all
 
 
@@ -91,13 +94,23 @@ def labeller(net: SegmenterNet):
 
 
 def _losses(net: SegmenterNet, piles: list[Views], settings: SegmenterTraining, step: int) -> dict[str, torch.Tensor]:
-    """Cross-entropy of one batch; the batch depends on seed and step alone."""
+    """Cross-entropy of one batch, slivers weighing more; the batch depends on seed and step alone."""
     rng = np.random.default_rng((settings.seed, step))
     crops = [draw_crop(rng, piles, settings.crop) for _ in range(settings.batch)]
     color = torch.from_numpy(np.stack([color for color, _ in crops])).permute(0, 3, 1, 2).float()
     labels = torch.from_numpy(np.stack([labels for _, labels in crops])).long()
+    weights = torch.from_numpy(np.stack([_pixel_weights(labels) for _, labels in crops]))
     device = training_device()
-    return {"loss": functional.cross_entropy(net(color.to(device)), labels.to(device))}
+    losses = functional.cross_entropy(net(color.to(device)), labels.to(device), reduction="none")
+    return {"loss": (losses * weights.to(device)).mean()}
+
+
+def _pixel_weights(labels: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """1, and up to `SLIVER_WEIGHT` where a target class has few pixels in the crop: (S, S) uint8 to float32."""
+    counts = np.bincount(labels.ravel(), minlength=len(CLASSES))
+    weights = np.clip(np.sqrt(FULL_PIXELS / np.maximum(counts, 1)), 1.0, SLIVER_WEIGHT)
+    weights[0] = 1.0
+    return weights.astype(np.float32)[labels]
 
 
 def _counted(folder: Path, seeds: range, advance):

@@ -272,18 +272,20 @@ class Place(_message.Message):
     def __init__(self, x: _Optional[float] = ..., y: _Optional[float] = ...) -> None: ...
 
 class FruitlessAction(_message.Message):
-    __slots__ = ("kind", "x", "y", "yaw", "push_level")
+    __slots__ = ("kind", "x", "y", "yaw", "push_level", "unchanged")
     KIND_FIELD_NUMBER: _ClassVar[int]
     X_FIELD_NUMBER: _ClassVar[int]
     Y_FIELD_NUMBER: _ClassVar[int]
     YAW_FIELD_NUMBER: _ClassVar[int]
     PUSH_LEVEL_FIELD_NUMBER: _ClassVar[int]
+    UNCHANGED_FIELD_NUMBER: _ClassVar[int]
     kind: MotionKind
     x: float
     y: float
     yaw: float
     push_level: int
-    def __init__(self, kind: _Optional[_Union[MotionKind, str]] = ..., x: _Optional[float] = ..., y: _Optional[float] = ..., yaw: _Optional[float] = ..., push_level: _Optional[int] = ...) -> None: ...
+    unchanged: bool
+    def __init__(self, kind: _Optional[_Union[MotionKind, str]] = ..., x: _Optional[float] = ..., y: _Optional[float] = ..., yaw: _Optional[float] = ..., push_level: _Optional[int] = ..., unchanged: _Optional[bool] = ...) -> None: ...
 
 class DecisionMemory(_message.Message):
     __slots__ = ("failed_pushes", "consecutive_grasp_failures", "step", "fruitless", "consecutive_pushes", "last_seen")

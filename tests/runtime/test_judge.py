@@ -119,6 +119,7 @@ class TestMemory:
             memory = remember(memory, decision(gi.PUSH), unchanged)
         assert len(memory.fruitless) == 8
         assert (memory.fruitless[-1].x, memory.fruitless[-1].kind) == (0.5, gi.PUSH)
+        assert all(action.unchanged for action in memory.fruitless)
         assert remember(memory, decision(gi.GRASP), changed).fruitless == ()
 
     def test_a_push_is_not_repeated_before_some_others(self, decision, remember, unchanged, changed):
@@ -126,6 +127,7 @@ class TestMemory:
         for x in (0.41, 0.42, 0.43, 0.44):
             memory = remember(memory, decision(gi.PUSH, x), changed)
         assert [(action.kind, action.x) for action in memory.fruitless] == [(gi.PUSH, x) for x in (0.42, 0.43, 0.44)]
+        assert not any(action.unchanged for action in memory.fruitless)
 
     def test_the_place_of_a_target_that_was_seen_is_remembered_once_something_moved(
         self, decision, perceived, unchanged, changed

@@ -52,3 +52,16 @@ def test_phantoms_in_empty_scenes_are_counted(piles: list[Views]) -> None:
 
     scores = score_segmenter(label, piles)
     assert scores["empty_false_pixels"] == scores["empty_false_worst"] == 7
+
+
+def test_a_sliver_is_found_by_as_many_pixels_as_a_hint_needs() -> None:
+    sliver, full = np.zeros((20, 20), np.uint8), np.zeros((20, 20), np.uint8)
+    sliver[:2, :15] = RED
+    full[:10, :12] = GREEN
+    piles = [views(sliver, {RED: 0.05}), views(full, {GREEN: 0.2})]
+
+    def label(shown: int):
+        return lambda color: np.where(np.arange(20) < shown, color[:, :, 2], 0).astype(np.uint8)
+
+    assert score_segmenter(label(2), piles)["slivers_found"] == 1.0
+    assert score_segmenter(label(1), piles)["slivers_found"] == 0.0
