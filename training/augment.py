@@ -4,16 +4,18 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from grasping_invisible.training.patches import patches
 from grasping_invisible.training.renders import Views
 
 SCALES = (0.7, 1.5)  # of a crop; below 1 the image grows
+SMALLEST_PATCH = 10  # pixels of a patch that crops are drawn around
 
 
 def draw_crop(rng: np.random.Generator, piles: list[Views], size: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
     """One augmented square crop, (size, size, 3) uint8 RGB, and its labels, (size, size) uint8.
 
     Two crops in three are centred near a pixel of some block, so that the table does not fill the batch; half of these
-    of the class of which least is in view.
+    near a patch, a small one rather than a large one.
     """
     pile = piles[rng.integers(len(piles))]
     view = int(rng.integers(len(pile.color)))
@@ -52,7 +54,7 @@ def _window(rng: np.random.Generator, labels: NDArray[np.uint8], size: int) -> t
     middle = rng.integers(0, (height, width))
     share = rng.random()
     if share < 2 / 3:
-        rows, columns = np.nonzero(labels if share < 1 / 3 else labels == _least_seen(labels))
+        rows, columns = np.nonzero(labels if share < 1 / 3 else _some_patch(rng, labels))
         if len(rows):
             chosen = rng.integers(len(rows))
             middle = np.array([rows[chosen], columns[chosen]]) + rng.integers(-side // 3, side // 3 + 1, 2)
@@ -61,10 +63,13 @@ def _window(rng: np.random.Generator, labels: NDArray[np.uint8], size: int) -> t
     return slice(top, top + side), slice(left, left + side)
 
 
-def _least_seen(labels: NDArray[np.uint8]) -> int:
-    """The target class with the fewest pixels, but some; 1 where there is none."""
-    counts = np.bincount(labels.ravel(), minlength=2)[1:]
-    return int(np.argmin(np.where(counts > 0, counts, labels.size))) + 1
+def _some_patch(rng: np.random.Generator, labels: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """The mask of one patch, drawn in inverse proportion to its width, about; empty where there is none."""
+    masks = [mask for _, mask in patches(labels) if np.count_nonzero(mask) >= SMALLEST_PATCH]
+    if not masks:
+        return np.zeros_like(labels, np.bool_)
+    odds = np.array([np.count_nonzero(mask) for mask in masks]) ** -0.5
+    return masks[rng.choice(len(masks), p=odds / odds.sum())]
 
 
 def _shading(rng: np.random.Generator, shape: tuple[int, int]) -> NDArray[np.float32]:

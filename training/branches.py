@@ -41,6 +41,7 @@ GREY_COVERED = (6, 21)
 TARGETS = (3, 6)  # candidates, at least and at most
 TARGETS_COVERED = (1, 3)
 STATES = 5  # of a scene that are branched from, each after a push from the one before
+MOST_STATES = 10  # where a target is still stuck after so many: what frees those is rare, and learnt there
 GRASPS = 4  # from a state, half of them at random
 GRASPS_AFTER = 2  # after a push, the best ones
 TARGETS_TRIED = 2  # in a state
@@ -56,6 +57,14 @@ class Standing(Enum):
 
 PUSHES = {Standing.HIDDEN: 24, Standing.STUCK: 24, Standing.FREE: 1}
 RANDOM_PUSHES = 3  # one in so many is drawn at random, and the first
+
+
+@dataclass(frozen=True)
+class Reached:
+    """A saved state that a push led to, and how its target stands there."""
+
+    state: int
+    standing: Standing
 
 
 @dataclass
@@ -89,13 +98,15 @@ def branch(
     try:
         session = _Session(robot, models, bundle_sha256, log, counts, number)
         rng = np.random.default_rng((3, number, 1))
-        for _ in range(STATES):
+        for count in range(1, MOST_STATES + 1):
             reached = session.branch_from_here(rng)
-            if not reached:
+            going_on = [led for led in reached if count < STATES or led.standing is Standing.STUCK]
+            if going_on:
+                robot.restore(going_on[rng.integers(len(going_on))].state)
+            for led in reached:
+                robot.forget(led.state)
+            if not going_on:
                 break
-            robot.restore(reached[rng.integers(len(reached))])
-            for state in reached:
-                robot.forget(state)
     finally:
         robot.close()
 
@@ -157,24 +168,26 @@ class _Session:
             robot="simulated in this process, branching",
         )
 
-    def branch_from_here(self, rng: np.random.Generator) -> list[int]:
+    def branch_from_here(self, rng: np.random.Generator) -> list[Reached]:
         """Try grasps and pushes from the state that the world is in; the states that pushes led to.
 
         Only those in which a target is still to be freed or found, if there are any.
         """
         here = self._robot.save()
         frame = self._spoken.observe()
-        led_to: list[tuple[Standing, int]] = []
+        led_to: list[Reached] = []
         for target in self._targets(rng):
             perception = perceive(frame, self._chooser, target, self._robot.workspace)
             standing = self._try_grasps(perception, frame, target, here, GRASPS // 2, GRASPS - GRASPS // 2)
             led_to += self._try_pushes(perception, frame, target, here, PUSHES[standing])
         self._robot.forget(here)
-        unsolved = [state for standing, state in led_to if standing is not Standing.FREE]
-        going_on = unsolved or [state for _, state in led_to]
-        for state in {state for _, state in led_to} - {*going_on}:
-            self._robot.forget(state)
-        return going_on
+        unsolved = [led for led in led_to if led.standing is not Standing.FREE]
+        if not unsolved:
+            return led_to
+        for led in led_to:
+            if led.standing is Standing.FREE:
+                self._robot.forget(led.state)
+        return unsolved
 
     def _targets(self, rng: np.random.Generator) -> list[str]:
         """Visible candidates in the workspace; the scene's target first, which is looked for where it is hidden."""
@@ -211,15 +224,16 @@ class _Session:
 
     def _try_pushes(
         self, perception: Perception, frame: RgbdFrame, target: str, state: int, pushes: int
-    ) -> list[tuple[Standing, int]]:
-        led_to: list[tuple[Standing, int]] = []
+    ) -> list[Reached]:
+        led_to: list[Reached] = []
         tried: list[FruitlessAction] = []
         for index in range(pushes):
             self._chooser.kind, self._chooser.greedy = gi.PUSH, index > pushes // RANDOM_PUSHES
             after = self._attempt(perception, frame, target, tried)
             if after is not None:
                 reached = self._robot.save()
-                led_to.append((self._try_grasps(*after, target, reached, random=0, greedy=GRASPS_AFTER), reached))
+                standing = self._try_grasps(*after, target, reached, random=0, greedy=GRASPS_AFTER)
+                led_to.append(Reached(reached, standing))
             self._robot.restore(state)
         return led_to
 

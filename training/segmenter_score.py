@@ -8,11 +8,12 @@ from numpy.typing import NDArray
 
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.runtime.perception import MIN_HINT_PIXELS
+from grasping_invisible.training.patches import patches
 from grasping_invisible.training.renders import Views
 
 HEAVY_OCCLUSION = 0.35  # of a class's blocks at most this share is in view
 FEWEST_SEEN = 30  # pixels; with fewer in view a class counts as hidden, not as occluded
-SLIVER = (20, 100)  # pixels of a class in view, from so many to fewer than a target needs to count as seen
+SLIVER = (20, 100)  # pixels of a patch, from so many to fewer than a target needs to count as seen
 
 
 @dataclass
@@ -43,7 +44,7 @@ def score_segmenter(
 
     `miou`: mean over the 8 classes, all views. `miou_standard`: of views as the simulator's camera takes them.
     `iou_occluded`: mean over the target colours where at most `HEAVY_OCCLUSION` of a class is in view.
-    `slivers_found`: of the classes of which a `SLIVER` is in view, how many get enough of its pixels for a hint.
+    `slivers_found`: the share of patches as small as a `SLIVER` of which enough pixels for a hint are right.
     `empty_false_pixels`: mean number of pixels given a target class in a view without any; `empty_false_worst`: the
     most in one view. What the renders have no example of is left out.
     """
@@ -61,8 +62,7 @@ def score_segmenter(
             seen = confusion.sum(axis=1)
             hidden = np.flatnonzero((visible <= HEAVY_OCCLUSION) & (seen >= FEWEST_SEEN))
             occluded.add(confusion, hidden.tolist())
-            small = (seen[1:] >= SLIVER[0]) & (seen[1:] < SLIVER[1])
-            slivers += (confusion.diagonal()[1:][small] >= MIN_HINT_PIXELS).tolist()
+            slivers += _slivers_found(truth, labels)
             if not truth.any():
                 false_pixels.append(int(np.count_nonzero(labels)))
     scores = {
@@ -75,6 +75,16 @@ def score_segmenter(
     }
     scores |= {f"iou_{name}": float(value) for name, value in zip(CLASSES, every.iou, strict=True)}
     return {name: value for name, value in scores.items() if np.isfinite(value)}
+
+
+def _slivers_found(truth: NDArray[np.uint8], labels: NDArray[np.uint8]) -> list[bool]:
+    """Of each sliver in the (H, W) truth, whether enough of it for a hint is labelled so."""
+    fewest, most = SLIVER
+    return [
+        bool(np.count_nonzero(labels[patch] == index) >= MIN_HINT_PIXELS)
+        for index, patch in patches(truth)
+        if fewest <= np.count_nonzero(patch) < most
+    ]
 
 
 def _mean(values: NDArray[np.float64]) -> float:

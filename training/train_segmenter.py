@@ -9,20 +9,20 @@ from numpy.typing import NDArray
 from rich.console import Console
 from torch.nn import functional
 
-from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.data.progress import bar
 from grasping_invisible.training.augment import draw_crop
 from grasping_invisible.training.checkpoint import Checkpoint
 from grasping_invisible.training.device import training_device
 from grasping_invisible.training.fingerprint import data_fingerprint
+from grasping_invisible.training.patches import patches
 from grasping_invisible.training.renders import HELD_OUT_SEEDS, VIEWS, Views, load_pile, render_missing
 from grasping_invisible.training.segmenter_net import SegmenterGraph, SegmenterNet
 from grasping_invisible.training.segmenter_score import score_segmenter
 from grasping_invisible.training.session import Session
 from grasping_invisible.training.source import source_commit
 
-FULL_PIXELS = 1000  # of a class in a crop; with fewer each weighs more
-SLIVER_WEIGHT = 5.0  # at most
+FULL_PIXELS = 1000  # of a patch in a crop; with fewer each weighs more
+SLIVER_WEIGHT = 6.0  # at most
 WATCHED = 3  # held-out piles of which the curves during a training are drawn; the scores at its end are of all
 
 
@@ -34,7 +34,7 @@ class SegmenterTraining:
     checkpoint: Path
     piles: int = 220
     held_out: int = 40
-    steps: int = 1800
+    steps: int = 3000
     batch: int = 10
     crop: int = 256  # pixels, square
     learning_rate: float = 4e-3
@@ -106,11 +106,11 @@ def _losses(net: SegmenterNet, piles: list[Views], settings: SegmenterTraining, 
 
 
 def _pixel_weights(labels: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """1, and up to `SLIVER_WEIGHT` where a target class has few pixels in the crop: (S, S) uint8 to float32."""
-    counts = np.bincount(labels.ravel(), minlength=len(CLASSES))
-    weights = np.clip(np.sqrt(FULL_PIXELS / np.maximum(counts, 1)), 1.0, SLIVER_WEIGHT)
-    weights[0] = 1.0
-    return weights.astype(np.float32)[labels]
+    """1, and up to `SLIVER_WEIGHT` in patches of few pixels: (S, S) uint8 labels to float32."""
+    weights = np.ones(labels.shape, np.float32)
+    for _, patch in patches(labels):
+        weights[patch] = np.clip(np.sqrt(FULL_PIXELS / np.count_nonzero(patch)), 1.0, SLIVER_WEIGHT)
+    return weights
 
 
 def _counted(folder: Path, seeds: range, advance):

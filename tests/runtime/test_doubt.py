@@ -48,7 +48,8 @@ def test_each_push_adds_to_the_doubt():
 def test_certain_values_stay_probabilities():
     values = np.linspace(0, 1, EVEN.size, dtype=np.float32).reshape(EVEN.shape)
     left = doubted(values, (IN_VAIN,), WORKSPACE)
-    assert left.min() == 0 and left.max() == 1
+    assert left.min() == 0
+    assert left.max() == 1
     assert np.isfinite(left).all()
 
 
