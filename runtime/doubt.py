@@ -36,8 +36,8 @@ def doubted(
                 evidence[level] += alike if level == push.level else OTHER_LEVEL * alike
     if not evidence.any():
         return q_push
-    odds = np.exp(np.float32(LOG_ODDS) * evidence)
-    return q_push * odds / (1.0 - q_push + q_push * odds)
+    odds = np.exp(LOG_ODDS * evidence)
+    return (q_push * odds / (1.0 - q_push + q_push * odds)).astype(np.float32, copy=False)
 
 
 def _likeness(push: FruitlessAction, workspace: Workspace) -> NDArray[np.float32]:
