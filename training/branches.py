@@ -100,7 +100,7 @@ def branch(
         rng = np.random.default_rng((3, number, 1))
         for count in range(1, MOST_STATES + 1):
             reached = session.branch_from_here(rng)
-            going_on = [led for led in reached if count < STATES or led.standing is Standing.STUCK]
+            going_on = _worth_going_on(reached, count)
             if going_on:
                 robot.restore(going_on[rng.integers(len(going_on))].state)
             for led in reached:
@@ -109,6 +109,13 @@ def branch(
                 break
     finally:
         robot.close()
+
+
+def _worth_going_on(reached: list[Reached], count: int) -> list[Reached]:
+    """Of the states that `count` branchings led to: where a target is still to be freed or found, if there are any."""
+    if count >= STATES:
+        return [led for led in reached if led.standing is Standing.STUCK]
+    return [led for led in reached if led.standing is not Standing.FREE] or reached
 
 
 @dataclass
@@ -169,10 +176,7 @@ class _Session:
         )
 
     def branch_from_here(self, rng: np.random.Generator) -> list[Reached]:
-        """Try grasps and pushes from the state that the world is in; the states that pushes led to.
-
-        Only those in which a target is still to be freed or found, if there are any.
-        """
+        """Try grasps and pushes from the state that the world is in; the states that pushes led to."""
         here = self._robot.save()
         frame = self._spoken.observe()
         led_to: list[Reached] = []
@@ -181,13 +185,7 @@ class _Session:
             standing = self._try_grasps(perception, frame, target, here, GRASPS // 2, GRASPS - GRASPS // 2)
             led_to += self._try_pushes(perception, frame, target, here, PUSHES[standing])
         self._robot.forget(here)
-        unsolved = [led for led in led_to if led.standing is not Standing.FREE]
-        if not unsolved:
-            return led_to
-        for led in led_to:
-            if led.standing is Standing.FREE:
-                self._robot.forget(led.state)
-        return unsolved
+        return led_to
 
     def _targets(self, rng: np.random.Generator) -> list[str]:
         """Visible candidates in the workspace; the scene's target first, which is looked for where it is hidden."""

@@ -16,7 +16,7 @@ PUSHES = {Standing.HIDDEN: 3, Standing.STUCK: 3, Standing.FREE: 1}
 def branched(tmp_path_factory: pytest.TempPathFactory) -> tuple[SceneCounts, list[LoggedStep]]:
     folder: Path = tmp_path_factory.mktemp("branched")
     with pytest.MonkeyPatch.context() as patch:
-        for name, few in (("STATES", 2), ("GRASPS", 4), ("GRASPS_AFTER", 1), ("TARGETS_TRIED", 1)):
+        for name, few in (("STATES", 2), ("MOST_STATES", 3), ("GRASPS", 4), ("GRASPS_AFTER", 1), ("TARGETS_TRIED", 1)):
             patch.setattr(branches, name, few)
         patch.setattr(branches, "PUSHES", PUSHES)
         collection = Collection(folder, scenes=1, seed=11, branch=True)
@@ -32,6 +32,12 @@ def test_every_motion_tried_is_a_run_of_one_step(branched: tuple[SceneCounts, li
     ids = [step.start.run_id for step in logged if step.start]
     assert len(set(ids)) == len(ids)
     assert {run_id.split("/")[0] for run_id in ids} == {"branch-11000000"}
+
+
+def test_a_scene_is_left_after_some_states_and_not_before(branched: tuple[SceneCounts, list[LoggedStep]]):
+    _, logged = branched
+    pushed_from = {step.decision.frame_stamp.ToNanoseconds() for step in logged if step.decision.kind == gi.PUSH}
+    assert 2 <= len(pushed_from) <= 3
 
 
 def test_motions_from_one_state_start_from_one_frame_and_differ(branched: tuple[SceneCounts, list[LoggedStep]]):
