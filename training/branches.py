@@ -41,7 +41,7 @@ GREY_COVERED = (6, 21)
 TARGETS = (3, 6)  # candidates, at least and at most
 TARGETS_COVERED = (1, 3)
 STATES = 5  # of a scene that are branched from, each after a push from the one before
-MOST_STATES = 10  # where a target is still stuck after so many: what frees those is rare, and learnt there
+MOST_STATES = 10  # where a target is still stuck for the models after so many: what frees those is rare
 GRASPS = 4  # from a state, half of them at random
 GRASPS_AFTER = 2  # after a push, the best ones
 TARGETS_TRIED = 2  # in a state
@@ -100,7 +100,7 @@ def branch(
         rng = np.random.default_rng((3, number, 1))
         for count in range(1, MOST_STATES + 1):
             reached = session.branch_from_here(rng)
-            going_on = _worth_going_on(reached, count)
+            going_on = _worth_going_on(reached, count, stay=models is not None)
             if going_on:
                 robot.restore(going_on[rng.integers(len(going_on))].state)
             for led in reached:
@@ -111,10 +111,13 @@ def branch(
         robot.close()
 
 
-def _worth_going_on(reached: list[Reached], count: int) -> list[Reached]:
-    """Of the states that `count` branchings led to: where a target is still to be freed or found, if there are any."""
+def _worth_going_on(reached: list[Reached], count: int, stay: bool) -> list[Reached]:
+    """Of the states that `count` branchings led to: where a target is still to be freed or found, if there are any.
+
+    After `STATES` only where it is stuck, and only with the leave to `stay`.
+    """
     if count >= STATES:
-        return [led for led in reached if led.standing is Standing.STUCK]
+        return [led for led in reached if stay and led.standing is Standing.STUCK]
     return [led for led in reached if led.standing is not Standing.FREE] or reached
 
 
