@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+import cv2
 import numpy as np
 import torch
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from grasping_invisible.training.source import source_commit
 
 FULL_PIXELS = 1000  # of a patch in a crop; with fewer each weighs more
 SLIVER_WEIGHT = 6.0  # at most
+AROUND = 7  # pixels, 3 to each side
 WATCHED = 3  # held-out piles of which the curves during a training are drawn; the scores at its end are of all
 
 
@@ -106,10 +108,15 @@ def _losses(net: SegmenterNet, piles: list[Views], settings: SegmenterTraining, 
 
 
 def _pixel_weights(labels: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """1, and up to `SLIVER_WEIGHT` in patches of few pixels: (S, S) uint8 labels to float32."""
+    """1, and up to `SLIVER_WEIGHT` in and around patches of few pixels: (S, S) uint8 labels to float32.
+
+    Around them as well, or a sliver would be labelled broader than it is.
+    """
     weights = np.ones(labels.shape, np.float32)
     for _, patch in patches(labels):
-        weights[patch] = np.clip(np.sqrt(FULL_PIXELS / np.count_nonzero(patch)), 1.0, SLIVER_WEIGHT)
+        weight = np.clip(np.sqrt(FULL_PIXELS / np.count_nonzero(patch)), 1.0, SLIVER_WEIGHT)
+        around = cv2.dilate(patch.astype(np.uint8), np.ones((AROUND, AROUND), np.uint8)) > 0
+        weights[around] = np.maximum(weights[around], weight)
     return weights
 
 
