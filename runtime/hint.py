@@ -12,6 +12,7 @@ from grasping_invisible.runtime.motion import PUSH_NEARNESS, RAISED_TIPS
 from grasping_invisible.runtime.perception import Perception
 
 TIPS_ABOVE = 0.004  # metres between what shows of the target and the fingertips that take away what lies on it
+TOP_PERCENTILE = 90  # of the heights of a seen target's cells: those at its edges may be its neighbours'
 
 
 def hint_to_follow(perception: Perception, memory: Memory) -> NDArray[np.bool_]:
@@ -36,8 +37,13 @@ def hint_to_follow(perception: Perception, memory: Memory) -> NDArray[np.bool_]:
 def raised_tips(perception: Perception, hint: NDArray[np.bool_]) -> float:
     """Height above the table, metres, of the fingertips of a raised push.
 
-    `RAISED_TIPS`, or just above what shows of the target where that is a hint alone: such a push takes off what lies on
-    it and leaves it where it is, while a low one moves both.
+    `RAISED_TIPS`, or just above the target where it is lower, or what shows of it where that is a hint alone: such a
+    push takes off what lies on it and leaves it where it is, while a low one moves both.
     """
-    shows = perception.hint.any() and hint.any()
-    return min(RAISED_TIPS, perception.hint_height + TIPS_ABOVE) if shows else RAISED_TIPS
+    if perception.target_seen:
+        highest = float(np.percentile(perception.maps.height[perception.mask], TOP_PERCENTILE))
+    elif perception.hint.any() and hint.any():
+        highest = perception.hint_height
+    else:
+        return RAISED_TIPS
+    return min(RAISED_TIPS, highest + TIPS_ABOVE)

@@ -30,6 +30,12 @@ def test_without_a_hint_it_is_like_all_others(glanced):
     assert raised_tips(glanced, np.zeros_like(glanced.hint)) == RAISED_TIPS
 
 
+def test_a_raised_push_passes_just_above_a_low_target_in_view(perceived):
+    low, high = (perceived((0.5, 0.0, 0.05, top, "red")) for top in (0.024, 0.08))
+    assert raised_tips(low, low.hint) == pytest.approx(0.024 + TIPS_ABOVE, abs=1e-3)
+    assert raised_tips(high, high.hint) == RAISED_TIPS
+
+
 def test_a_hint_counts_until_three_pushes_acted_near_it_in_vain(glanced):
     near = ((0.43, 0.0), (0.5, 0.07), (0.57, 0.0))
     for failed_pushes, followed in (((), True), (near[:2], True), (near, False), ((*near[:2], (0.5, 0.2)), True)):
