@@ -7,7 +7,7 @@ from grasping_invisible.data.action_grid import LOW, RAISED
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.choice import Choice, best_action, best_value
 from grasping_invisible.runtime.explorer_maps import ExplorationMaps, exploration_maps
-from grasping_invisible.runtime.motion import ends_inside, open_pushes, pushes_towards
+from grasping_invisible.runtime.motion import ends_inside, keeping_inside, open_pushes, pushes_towards
 from grasping_invisible.runtime.situation import Proposal, Situation
 
 
@@ -73,7 +73,9 @@ def _towards_hint(situation: Situation, allowed: NDArray[np.bool_], caveat: str)
     """
     if not situation.hint.any():
         return allowed, caveat
-    there = allowed & pushes_towards(situation.hint, situation.maps.workspace)
+    workspace = situation.maps.workspace
+    there = allowed & pushes_towards(situation.hint, workspace)
+    there = keeping_inside(there, situation.hint, workspace)
     if situation.perception.target_glimpsed and there[RAISED].any():
         there[LOW] = False
         return there, f"{caveat}; it shows there, under something"

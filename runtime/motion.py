@@ -113,6 +113,17 @@ def pushes_towards(mask: NDArray[np.bool_], workspace: Workspace) -> NDArray[np.
     return np.stack([cv2.dilate(near, _way(k, cell)) for k in range(ROTATIONS)]).astype(np.bool_)
 
 
+def keeping_inside(pushes: NDArray[np.bool_], mask: NDArray[np.bool_], workspace: Workspace) -> NDArray[np.bool_]:
+    """Of pushes (..., 16, 112, 112) towards a target those that cannot drive it out of the workspace, if there are any.
+
+    `mask`: (N, N) bool, where it is. A push may take it along for all of its length.
+    """
+    x, y = workspace.middle_of(mask)
+    stays = [workspace.contains(x + PUSH_LENGTH * math.cos(yaw), y + PUSH_LENGTH * math.sin(yaw)) for yaw in ANGLES]
+    kept = pushes & np.array(stays)[:, None, None]
+    return kept if kept.any() else pushes
+
+
 @lru_cache(maxsize=ROTATIONS)
 def _way(k: int, cell: float) -> NDArray[np.uint8]:
     """The cells that a push in rotation `k` passes from the middle of the kernel on."""

@@ -186,3 +186,17 @@ def test_a_single_wild_reading_does_not_forbid_a_grasp(table_with):
     maps.height[WORKSPACE.cell_of(0.5, 0.0)] = 0.3
     aimed = feasible_grasps(maps.labels == 1, WORKSPACE.resolution)
     np.testing.assert_array_equal(motion.low_grasps(maps, aimed), aimed)
+
+
+def test_a_target_is_not_pushed_where_it_may_leave_the_workspace():
+    mask = np.zeros((WORKSPACE.cells, WORKSPACE.cells), np.bool_)
+    _, high_y = WORKSPACE.high
+    row, column = (int(at) for at in WORKSPACE.cell_of(WORKSPACE.center[0], high_y - 0.06))
+    mask[row - 5 : row + 5, column - 5 : column + 5] = True
+    pushes = np.ones((2, 16, 112, 112), np.bool_)
+    kept = motion.keeping_inside(pushes, mask, WORKSPACE)
+    assert kept[:, [0, 1, 8, 12]].all()  # along the edge and away from it
+    assert not kept[:, [3, 4, 5]].any()  # over it
+    outwards = np.zeros_like(pushes)
+    outwards[:, 4] = True
+    np.testing.assert_array_equal(motion.keeping_inside(outwards, mask, WORKSPACE), outwards)
