@@ -28,14 +28,14 @@ def doubted(
     q_push: NDArray[np.float32], fruitless: tuple[FruitlessAction, ...], workspace: Workspace
 ) -> NDArray[np.float32]:
     """Q values of pushes, (2, 16, 112, 112) float32, probabilities, after those that changed nothing are heard."""
-    evidence = np.zeros((len(PUSH_LEVELS), ROTATIONS, ACTION_CELLS, ACTION_CELLS), np.float32)
-    for push in fruitless:
-        if push.kind == gi.PUSH and push.unchanged:
-            alike = _likeness(push, workspace)
-            for level in PUSH_LEVELS:
-                evidence[level] += alike if level == push.level else OTHER_LEVEL * alike
-    if not evidence.any():
+    in_vain = [action for action in fruitless if action.kind == gi.PUSH and action.unchanged]
+    if not in_vain:
         return q_push
+    evidence = np.zeros((len(PUSH_LEVELS), ROTATIONS, ACTION_CELLS, ACTION_CELLS), np.float32)
+    for push in in_vain:
+        alike = _likeness(push, workspace)
+        for level in PUSH_LEVELS:
+            evidence[level] += alike if level == push.level else OTHER_LEVEL * alike
     odds = np.exp(LOG_ODDS * evidence)
     return (q_push * odds / (1.0 - q_push + q_push * odds)).astype(np.float32, copy=False)
 
