@@ -101,18 +101,20 @@ _WRITING: dict[str, Any] = {
     "version": "2.6",
     "data_page_version": "1.0",
     "compression": "NONE",
-    "use_dictionary": _TEXTS,
+    # An image too: from one state a branched collection tries dozens of motions, each a row with the image of it.
+    "use_dictionary": [*_TEXTS, *IMAGES],
+    "dictionary_pagesize_limit": 1 << 28,
     "write_statistics": [*_TEXTS, *_NUMBERS],
     "store_schema": True,
 }
-# Rows written by another version are the same rows but not the same bytes.
-WRITER = f"pyarrow {pa.__version__}"
+# Rows written by another version, or in another way, are the same rows but not the same bytes.
+WRITER = f"pyarrow {pa.__version__}, images once"
 
 
 def open_writer(path: Path) -> pq.ParquetWriter:
     """A writer of rows of `SCHEMA`. Nothing in the file depends on when, where or by whom it is written.
 
-    Nothing is compressed: nearly all of it is PNG.
+    Nothing is compressed: nearly all of it is PNG. An image that comes again in a column of a row group is stored once.
     """
     return pq.ParquetWriter(path, SCHEMA, **_WRITING)
 
