@@ -137,14 +137,17 @@ def _covered(count: int, wanted: Kind | None, rng: np.random.Generator) -> list[
             pile = piles.cradled(2, rng)
         else:
             hidden = piles.lay(wanted, rng) if wanted and not layouts else piles.lay_low(rng)
-            pile = [hidden, *piles.surround(hidden, int(rng.integers(2, 5)), hidden.size[2], rng)]
+            roof = 1 if piles.coverable(hidden.size) == hidden.size else 2  # blocks it takes at least
+            walls = min(int(rng.integers(2, 5)), COVERED_BLOCKS - roof)
+            pile = [hidden, *piles.surround(hidden, walls, hidden.size[2], rng)]
         pile += piles.roof(pile, pile[0], int(rng.integers(1, min(3, COVERED_BLOCKS + 1 - len(pile)) + 1)), rng)
         if layouts and rng.random() < HOLLOW:
             pile.pop(0)
         for _ in range(min(spare, int(rng.integers(4)))):  # and more on top of it
             spare -= 1
             x, y = rng.uniform(-0.02, 0.02, 2)
-            pile.append(piles.on_top(pile, piles.covering(pile[0].size, rng), float(x), float(y)))
+            cover = piles.covering(piles.coverable(pile[0].size), rng)
+            pile.append(piles.on_top(pile, cover, float(x), float(y)))
         layouts.append(pile)
     return layouts + _singles(count - sum(map(len, layouts)), rng)
 

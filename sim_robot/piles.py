@@ -5,11 +5,13 @@ A pile has its own frame: blocks are upright or on a side, their edges parallel 
 
 import math
 from dataclasses import dataclass, replace
+from functools import cache
 
 import cv2
 import numpy as np
 import pybullet as p
 
+from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.sim_robot.blocks import BLOCKS, Vector
 from grasping_invisible.sim_robot.meshes import load_solid
 from grasping_invisible.sim_robot.scene import SceneObject
@@ -34,6 +36,7 @@ RESTS: dict[str, tuple[Quaternion, ...]] = {
     "cylinder": (UPRIGHT,),
 }
 SHAPES = tuple(RESTS)
+COVERS = ("plank", "plate", "cube", "cuboid", "arch")  # a cylinder would roll off
 
 
 @dataclass(frozen=True)
@@ -104,7 +107,12 @@ class Lying:
 def lay(kind: Kind, rng: np.random.Generator) -> Lying:
     """A block on one of the sides it rests on, along either axis, at the origin."""
     rotation = kind.rests[rng.integers(len(kind.rests))]
-    if rng.random() < 0.5:
+    return _lying(kind, rotation, turned=rng.random() < 0.5)
+
+
+def _lying(kind: Kind, rotation: Quaternion, turned: bool) -> Lying:
+    """At the origin on the side it rests on in `rotation`, `turned` by a quarter about the vertical or not."""
+    if turned:
         _, rotation = p.multiplyTransforms((0, 0, 0), ABOUT_Z, (0, 0, 0), rotation)
     matrix = np.abs(np.array(p.getMatrixFromQuaternion(rotation)).reshape(3, 3))
     x, y, z = (float(extent) for extent in matrix @ kind.size)
@@ -167,24 +175,50 @@ def on_top(pile: list[Lying], block: Lying, x: float, y: float) -> Lying:
 
 
 def covering(size: Vector, rng: np.random.Generator) -> Lying:
-    """A block lying flat whose footprint is no smaller than that of `size`, but for a few millimetres."""
+    """A block lying flat that covers `size`, which has to be `coverable`."""
     while True:
-        block = lay(block_kind(str(rng.choice(("plank", "plate", "cube", "cuboid", "arch")))), rng)
-        if block.size[0] > size[0] - 0.004 and block.size[1] > size[1] - 0.004 and block.size[2] <= LOW:
+        block = lay(block_kind(str(rng.choice(COVERS))), rng)
+        if _covers(block, size):
             return block
 
 
+def _covers(block: Lying, size: Vector) -> bool:
+    """Whether it lies flat and its footprint is no smaller than that of `size`, but for a few millimetres."""
+    return block.size[0] > size[0] - 0.004 and block.size[1] > size[1] - 0.004 and block.size[2] <= LOW
+
+
+def coverable(size: Vector) -> Vector:
+    """`size`, or half of it where it is too broad for any block to cover. Raises `BadInput` where that is, too."""
+    halves = (size[0] / 2, size[1], size[2]), (size[0], size[1] / 2, size[2])
+    for part in (size, halves[int(size[1] > size[0])]):
+        if any(_covers(way, part) for way in _covers_lying()):
+            return part
+    raise BadInput(f"no two blocks cover a target of {size[0] * 1e3:.0f} x {size[1] * 1e3:.0f} mm")
+
+
+@cache
+def _covers_lying() -> tuple[Lying, ...]:
+    """All ways in which a block can lie that might cover something."""
+    kinds = [block_kind(shape) for shape in COVERS]
+    return tuple(_lying(kind, rest, turned) for kind in kinds for rest in kind.rests for turned in (False, True))
+
+
 def roof(pile: list[Lying], hidden: Lying, blocks: int, rng: np.random.Generator) -> list[Lying]:
-    """One block that covers `hidden`, or two alike, side by side, that meet above its middle, or a third on these."""
-    block = covering(hidden.size, rng)
+    """One block that covers `hidden`, or two alike, side by side, that meet above its middle, or a third on these.
+
+    What is too broad for any block gets at least two, each over half of it; see `coverable`.
+    """
+    size = coverable(hidden.size)
+    halved = next((axis for axis in (0, 1) if size[axis] < hidden.size[axis]), None)
+    block = covering(size, rng)
     x, y = hidden.center[:2]
-    if blocks == 1:
+    if blocks == 1 and halved is None:
         return [on_top(pile, block, x, y)]
-    across = int(block.size[0] > block.size[1])  # they lie along each other
+    across = int(block.size[0] > block.size[1]) if halved is None else halved  # they lie along each other
     apart = block.size[across] / 2 + LARGEST_GAP / 2
     offsets = [(0.0, sign * apart) if across else (sign * apart, 0.0) for sign in (-1, 1)]
     two = [on_top(pile, block, x + dx, y + dy) for dx, dy in offsets]
-    return two if blocks == 2 else [*two, on_top([*pile, *two], covering(hidden.size, rng), x, y)]
+    return two if blocks <= 2 else [*two, on_top([*pile, *two], covering(size, rng), x, y)]
 
 
 def footprint(block: Lying, x: float, y: float, yaw: float) -> Rectangle:

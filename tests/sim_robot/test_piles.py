@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.sim_robot import piles
 from grasping_invisible.sim_robot.blocks import CYLINDER_LENGTH
 from grasping_invisible.sim_robot.piles import Lying
@@ -43,6 +44,21 @@ def test_what_lies_low_can_be_covered(seed: int) -> None:
     low = piles.lay_low(rng)
     assert low.size[2] <= piles.LOW
     assert covered_share(low, piles.roof([low], low, 1, rng)) > 0.8
+
+
+def test_what_is_too_broad_for_one_block_is_covered_by_two() -> None:
+    rng = np.random.default_rng(0)
+    for size in ((0.060, 0.056, 0.040), (0.050, 0.150, 0.030), (0.090, 0.095, 0.020)):
+        broad = Lying(piles.block_kind("cube"), piles.UPRIGHT, size).at(0.0, 0.0)
+        for blocks in (1, 2, 3):
+            roof = piles.roof([broad], broad, blocks, rng)
+            assert len(roof) == max(blocks, 2)
+            assert covered_share(broad, roof[:2]) > 0.85
+
+
+def test_what_no_two_blocks_cover_is_bad_input() -> None:
+    with pytest.raises(BadInput, match="no two blocks cover a target of 120 x 110 mm"):
+        piles.coverable((0.120, 0.110, 0.030))
 
 
 def covered_share(hidden: Lying, roof: list[Lying]) -> float:

@@ -35,6 +35,14 @@ def test_scenes_hold_the_mesh_as_their_target_at_rest(tmp_path: Path, lid: Path,
     world.close()
 
 
+def test_a_mesh_that_no_block_covers_is_hidden_under_two(tmp_path: Path):
+    mesh = tmp_path / "tray.stl"
+    trimesh.creation.box((0.062, 0.058, 0.03)).apply_translation((0, 0, 0.015)).export(mesh)
+    arguments = ["generate", "--out", str(tmp_path), "--count", "1", "--style", "covered", "--blocks", "6"]
+    assert main([*arguments, "--mesh", str(mesh)]) == 0
+    assert [len(load_scene(path).objects) for path in tmp_path.glob("*.toml")] == [7]
+
+
 def test_what_is_there_already_stays(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     arguments = ["generate", "--out", str(tmp_path), "--seed", "7", "--blocks", "2"]
     assert main([*arguments, "--count", "1"]) == 0
