@@ -57,8 +57,12 @@ class TrialResult(msgspec.Struct, frozen=True):
 def trials_of(suite: str, runs: int, seed: int) -> list[Trial]:
     """The runs of a suite, `runs` of each scene, or of a scene file, or of all in a folder. Raises `BadInput`."""
     trials = []
+    sources: dict[str, str] = {}
     for source in _sources_of(suite):
         scene = load_scene(source)
+        # Results and logs tell scenes apart by their names.
+        if sources.setdefault(scene.name, source) != source:
+            raise BadInput(f"{sources[scene.name]} and {source} both hold a scene named {scene.name!r}; rename one")
         finding = scene.task == "exploration" and suite != "invisible"
         goal = Goal.FIND if finding else Goal.GRASP
         motions = scene.motions_to_grasp if suite == "invisible" else scene.max_motions

@@ -7,6 +7,7 @@ from grasping_invisible.runtime.bundle import load_bundle
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.loop import Goal
 from grasping_invisible.runtime.replay import replay_log
+from grasping_invisible.sim_robot.scene import load_scene, save_scene
 from grasping_invisible.training.evaluation import Trial, run_trial, trials_of
 from grasping_invisible.training.evaluation_methods import method_named
 from grasping_invisible.training.failed_runs import read_runs
@@ -28,6 +29,13 @@ def test_suites_are_the_papers():
 def test_an_unknown_suite_is_answered_with_the_known_ones():
     with pytest.raises(BadInput, match="exploration, coordination, invisible"):
         trials_of("nothing", 1, 0)
+
+
+def test_two_scenes_of_one_name_are_refused(tmp_path: Path):
+    for file in ("one.toml", "other.toml"):
+        save_scene(load_scene("coordination-00"), tmp_path / file)
+    with pytest.raises(BadInput, match="one.toml and .*other.toml both hold a scene named 'coordination-00'"):
+        trials_of(str(tmp_path), 1, 0)
 
 
 def test_the_log_of_a_run_is_whole_and_every_decision_in_it_replays(tmp_path: Path):
