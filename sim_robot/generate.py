@@ -49,7 +49,11 @@ def generate_scene(
         settled = None if scene is None else _settled(scene, hidden=style == "covered", rng=rng)
         if settled is not None:
             return settled
-    raise RobotError(f"no {style} scene with {targets} targets and {basics} basics came to rest; try fewer objects")
+    as_wanted = " with its target hidden" if style == "covered" else ""
+    raise RobotError(
+        f"no {style} scene with {targets} targets and {basics} basics came to rest{as_wanted} in {ATTEMPTS} attempts; "
+        "try fewer or smaller objects"
+    )
 
 
 def _check(style: str, targets: int, basics: int) -> None:
