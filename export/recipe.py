@@ -20,13 +20,17 @@ class SegmenterNumbers(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
 
 
 class Round(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """One collection (see `gi-collect`) and what is trained after it (see `gi-train`)."""
+    """One collection (see `gi-collect`) and what is trained after it (see `gi-train`).
+
+    `begin`: the critic goes on from that of the round before; otherwise it begins with nothing.
+    """
 
     scenes: int
     stage: int = 1
     epsilon: float = 1.0
     on_policy: bool = False
     branch: bool = False
+    begin: bool = False
     critic_steps: int
     classifier_steps: int = 800
 
@@ -64,6 +68,8 @@ def load_recipe(scale: str, file: Path | None = None) -> Recipe:
         raise BadInput(f"unknown scale {scale!r}; {source} has {', '.join(recipes)}")
     if not recipes[scale].rounds:
         raise BadInput(f"recipe {source}: {scale} has no rounds")
+    if recipes[scale].rounds[0].begin:
+        raise BadInput(f"recipe {source}: the first round of {scale} has no critic to begin with")
     return recipes[scale]
 
 
@@ -75,14 +81,13 @@ def stages_of(recipe: Recipe) -> list[Stage]:
     sizes = ("--piles", str(numbers.piles), "--held-out", str(numbers.held_out), "--steps", str(numbers.steps))
     stages = [Stage("segmenter", "gi-train", (*segmenter, *sizes), Path("segmenter/segmenter.pt"))]
     logs: list[Path] = []
-    models: Path | None = None
+    before: Path | None = None
     for index, round_ in enumerate(recipe.rounds, 1):
         folder = Path(f"round-{index}")
-        last = index == len(recipe.rounds)
         logs.append(folder / "logs")
-        bundle = FINAL if last else folder / "bundle"
-        stages += _round_stages(round_, f"round {index}", folder, logs, models, bundle, recipe.seed * 100 + index, seed)
-        models = bundle
+        bundle = FINAL if index == len(recipe.rounds) else folder / "bundle"
+        stages += _round_stages(round_, f"round {index}", folder, logs, before, bundle, recipe.seed * 100 + index, seed)
+        before = folder
     return stages
 
 
@@ -91,20 +96,21 @@ def _round_stages(
     name: str,
     folder: Path,
     logs: list[Path],
-    models: Path | None,
+    before: Path | None,
     bundle: Path,
     scenes_seed: int,
     seed: tuple[str, str],
 ) -> list[Stage]:
     collect = ["--out", logs[-1], "--scenes", str(numbers.scenes), "--seed", str(scenes_seed)]
     collect += ["--branch"] if numbers.branch else ["--stage", str(numbers.stage)]
-    if models is not None:
-        collect += ["--models", models]
+    if before is not None:
+        collect += ["--models", before / "bundle"]
         if not numbers.branch:
             collect += ["--epsilon", str(numbers.epsilon), *(["--on-policy"] if numbers.on_policy else [])]
     dataset, checkpoints = folder / "dataset", folder / "checkpoints"
     data = ("--dataset", dataset, "--out", checkpoints, *seed)
-    critic = ("critic", *data, "--steps", str(numbers.critic_steps))
+    begin = ("--begin", before / "checkpoints") if before is not None and numbers.begin else ()
+    critic = ("critic", *data, *begin, "--steps", str(numbers.critic_steps))
     classifier = ("classifier", *data, "--steps", str(numbers.classifier_steps))
     export = ("--checkpoints", Path("segmenter"), checkpoints, "--out", bundle)
     return [

@@ -33,6 +33,15 @@ def test_each_dataset_is_of_all_logs_so_far() -> None:
         assert stage.arguments[1 + count] == "--out"
 
 
+def test_a_critic_begins_with_that_of_the_round_before_where_it_is_told_to() -> None:
+    recipe = load_recipe("full")
+    critics = [stage for stage in stages_of(recipe) if stage.name.endswith("critic")]
+    for number, (round_, stage) in enumerate(zip(recipe.rounds, critics, strict=True), 1):
+        assert ("--begin" in stage.arguments) == round_.begin
+        if round_.begin:
+            assert after(stage, "--begin") == after(critics[number - 2], "--out")
+
+
 def test_nothing_is_left_where_another_stage_leaves_its_own() -> None:
     outputs = [stage.output for stage in stages_of(load_recipe("full"))]
     assert len(set(outputs)) == len(outputs)
@@ -56,6 +65,11 @@ def test_numbers_of_one_s_own(tmp_path: Path) -> None:
         ("[full]\nseed = 1", "missing required field"),
         ("[mine]\nseed = 4\nsegmenter = { piles = 2, held_out = 1, steps = 3 }\nrounds = []", "unknown scale 'full'"),
         ("[full]\nseed = 4\nsegmenter = { piles = 2, held_out = 1, steps = 3 }\nrounds = []", "full has no rounds"),
+        (
+            "[full]\nseed = 4\nsegmenter = { piles = 2, held_out = 1, steps = 3 }\n"
+            "[[full.rounds]]\nscenes = 5\nbegin = true\ncritic_steps = 6",
+            "first round of full has no critic to begin with",
+        ),
         ("[full", "end of a table declaration"),
     ],
 )
