@@ -34,7 +34,7 @@ def test_an_unknown_suite_is_answered_with_the_known_ones():
 def test_two_scenes_of_one_name_are_refused(tmp_path: Path):
     for file in ("one.toml", "other.toml"):
         save_scene(load_scene("coordination-00"), tmp_path / file)
-    with pytest.raises(BadInput, match="one.toml and .*other.toml both hold a scene named 'coordination-00'"):
+    with pytest.raises(BadInput, match=r"one\.toml and .*other\.toml both hold a scene named "):
         trials_of(str(tmp_path), 1, 0)
 
 
