@@ -15,6 +15,7 @@ Sink = Callable[[Topic, bytes, int], None]
 
 # These wait for a slow reader; everything else is dropped rather than holding up the speaker.
 _MUST_ARRIVE = (OUTCOME, STOP)
+_LARGEST_GAP = 1_000_000  # messages at once; a number farther ahead is no count
 _NUMBER_BYTES = 8  # of a message's number, its attachment: how many of its topic were said before it
 
 
@@ -76,5 +77,7 @@ class Gaps:
             return
         number = int.from_bytes(attachment, "little")
         # What was said before the first that is heard was not for us; a lower number is a speaker who began anew.
-        self.lost[topic.key] += max(0, number - self._next.get(topic.key, number))
+        gap = number - self._next.get(topic.key, number)
+        if 0 <= gap <= _LARGEST_GAP:
+            self.lost[topic.key] += gap
         self._next[topic.key] = number + 1

@@ -30,5 +30,9 @@ class RobotError(GraspingError):
     exit_code = EXIT_ROBOT
 
 
+class CommandRefused(RobotError):
+    """The robot answered that it will not carry out a command, and why."""
+
+
 class LinkError(RobotError):
     """The robot cannot be reached, or has fallen silent."""

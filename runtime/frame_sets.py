@@ -20,7 +20,7 @@ from grasping_invisible.runtime.errors import RobotError
 from grasping_invisible.runtime.frame import Camera, RgbdFrame
 
 CAMERA_TOPICS = (COLOR_IMAGE, DEPTH_IMAGE, CAMERA_INFO, TRANSFORMS)
-_KEPT = 8  # stamps; a set that is not complete by then has lost a part
+_KEPT = 32  # stamps; a set that is not complete by then has lost a part
 
 
 @dataclass
@@ -94,9 +94,15 @@ class FrameSets:
             elif topic is TRANSFORMS:
                 message = FrameTransforms.FromString(payload)
                 if message.transforms:
-                    self._at(message.transforms[0].timestamp).transforms = message
+                    # Those of links that never move may keep the stamp of when they were first said.
+                    latest = max((transform.timestamp for transform in message.transforms), key=to_ns)
+                    self._at(latest).transforms = message
         except DecodeError:
             return
+
+    def forget(self) -> None:
+        """Leave out all that has come so far."""
+        self._sets.clear()
 
     def first_since(self, stamp_ns: int) -> FrameParts | None:
         """The earliest complete set stamped at or after `stamp_ns`; None if there is none yet."""

@@ -90,6 +90,17 @@ def shown_points(frame: RgbdFrame, pixels: NDArray[np.bool_], workspace: Workspa
     return ShownPoints(over, max(highest, 0.0))
 
 
+def points_in(
+    frame: RgbdFrame, workspace: Workspace, step: int
+) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+    """Row and column in the heightmap, fractional, and height above the table, metres, of points in the workspace.
+
+    Of every pixel in `step` along rows and columns; (P,) each. Points below the table have a negative height.
+    """
+    rows, columns, heights, inside = _points(frame, _rays_of(frame.camera, workspace), workspace, step)
+    return rows[inside], columns[inside], heights[inside]
+
+
 @dataclass(frozen=True)
 class _Rays:
     """What one metre of depth adds, per pixel of the image window that can see the workspace.
@@ -107,13 +118,14 @@ class _Rays:
 
 
 def _points(
-    frame: RgbdFrame, rays: _Rays, workspace: Workspace
+    frame: RgbdFrame, rays: _Rays, workspace: Workspace, step: int = 1
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
-    """Of every pixel of the window: row and column, fractional; height, metres; whether it is part of the clutter."""
-    cells, depth = workspace.cells, frame.depth[rays.window]
-    rows = depth * rays.row + rays.origin_row
-    columns = depth * rays.column + rays.origin_column
-    heights = depth * rays.height + rays.origin_height
+    """Of the window's pixels: row and column, fractional; height, metres; whether it is part of the clutter."""
+    sampled = np.s_[::step, ::step]
+    cells, depth = workspace.cells, frame.depth[rays.window][sampled]
+    rows = depth * rays.row[sampled] + rays.origin_row
+    columns = depth * rays.column[sampled] + rays.origin_column
+    heights = depth * rays.height[sampled] + rays.origin_height
     inside = (rows >= 0) & (rows < cells) & (columns >= 0) & (columns < cells)
     return rows, columns, heights, inside & (heights <= MAX_HEIGHT) & (depth > 0)
 

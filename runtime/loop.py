@@ -22,6 +22,7 @@ from grasping_invisible.runtime.perception import Perception, perceive
 from grasping_invisible.runtime.robot import Robot
 from grasping_invisible.runtime.safety import SafetyLimits, check_command
 from grasping_invisible.runtime.situation import Models
+from grasping_invisible.runtime.view import check_view
 
 
 class Goal(Enum):
@@ -83,7 +84,7 @@ def run_loop(
     actor = _Actor(robot, plan.limits, settings)
     actor.make_ready()
     memory = Memory()
-    frame = robot.observe()
+    frame = _look(robot, settings)
     perception = perceive(frame, models, settings.target, settings.workspace)
     while True:
         for watcher in watchers:
@@ -100,7 +101,7 @@ def run_loop(
         progress.motions += 1
         outcome = actor.act(deliberation)
 
-        frame = robot.observe()
+        frame = _look(robot, settings)
         after = perceive(frame, models, settings.target, settings.workspace)
         judgement = judge(perception, deliberation.decision, outcome, after)
         progress.grasped = judgement.target_grasped
@@ -111,8 +112,15 @@ def run_loop(
         perception = after
         if judgement.object_grasped and not judgement.target_grasped:
             actor.put_down()
-            frame = robot.observe()
+            frame = _look(robot, settings)
             perception = perceive(frame, models, settings.target, settings.workspace)
+
+
+def _look(robot: Robot, settings: DecisionSettings) -> RgbdFrame:
+    """What the camera sees. Raises `RobotError` where that is too little to decide or judge by."""
+    frame = robot.observe()
+    check_view(frame, settings.workspace)
+    return frame
 
 
 def _is_over(progress: RunProgress, plan: RunPlan) -> bool:
@@ -140,7 +148,8 @@ class _Actor:
 
     def put_down(self) -> None:
         """Put what is held in the discard bin."""
-        self._complete(gi.PLACE)
+        if self._complete(gi.PLACE).holding:
+            raise RobotError("PLACE ended with something still in the gripper")
 
     def _complete(self, kind: gi.MotionKind) -> gi.MotionOutcome:
         """A motion without which the next picture or the next grasp would be worth nothing."""

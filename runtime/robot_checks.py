@@ -20,16 +20,17 @@ from grasping_invisible.data.topics import (
     Topic,
 )
 from grasping_invisible.runtime.bus import Bus
-from grasping_invisible.runtime.errors import LinkError, RobotError
+from grasping_invisible.runtime.errors import CommandRefused, LinkError, RobotError
 from grasping_invisible.runtime.frame import RgbdFrame
 from grasping_invisible.runtime.heartbeat import PERIOD
-from grasping_invisible.runtime.heightmap import project
 from grasping_invisible.runtime.link_settings import LinkSettings
 from grasping_invisible.runtime.robot_link import ZenohRobot
+from grasping_invisible.runtime.view import view_of
 from grasping_invisible.runtime.workspace import Workspace
 
 LISTEN_SECONDS = 3.0
 _CLOCK_SECONDS = 1.0  # between the robot's clock and this machine's, before it is worth a word
+_FLOOR = 0.03  # metres from the table, above or below, at which the lower parts of what is seen may be
 _SEEN_SHARE = 0.5  # of the workspace's cells, that a camera in the right place sees
 
 
@@ -109,7 +110,7 @@ def _frame(robot: ZenohRobot, workspace: Workspace) -> list[Check]:
     try:
         frame = robot.observe()
     except LinkError as error:
-        return [Check("frame", False, f"colour, depth, calibration and transforms never share a stamp: {error}")]
+        return [Check("frame", False, f"no colour, depth, calibration and transforms that share a stamp: {error}")]
     except RobotError as error:
         return [Check("frame", False, str(error))]
     camera = frame.camera
@@ -119,14 +120,10 @@ def _frame(robot: ZenohRobot, workspace: Workspace) -> list[Check]:
 
 def _view(frame: RgbdFrame, workspace: Workspace) -> Check:
     """The camera's pose and the workspace fit together when most of the workspace is seen, near the table's height."""
-    maps = project(frame, np.ones(frame.depth.shape, np.uint8), workspace)
-    seen = maps.labels > 0
-    share = float(seen.mean())
-    low = float(np.percentile(maps.height[seen], 10)) if seen.any() else 0.0
-    ok = share >= _SEEN_SHARE and low < 0.03
-    return Check(
-        "calibration", ok, f"{share:.0%} of the workspace is seen, its lower parts {low * 1000:.0f} mm above the table"
-    )
+    view = view_of(frame, workspace)
+    ok = view.share >= _SEEN_SHARE and abs(view.floor) < _FLOOR
+    where = f"{abs(view.floor) * 1000:.0f} mm {'above' if view.floor >= 0 else 'below'} the table"
+    return Check("calibration", ok, f"{view.share:.0%} of the workspace is seen, its lower parts {where}")
 
 
 def _kind(robot: ZenohRobot) -> Check:
@@ -152,8 +149,12 @@ def _refusal(name: str, what: str, robot: ZenohRobot, command: gi.MotionCommand)
         outcome = robot.execute(command)
     except LinkError as error:
         return Check(name, False, f"no answer to {what}: {error}")
+    except CommandRefused as error:
+        if robot.health.state in (gi.IDLE, gi.MOVING):
+            return Check(name, True, str(error))
+        return Check(name, None, f"{error}; but it would be in {gi.RobotState.Name(robot.health.state)}, too")
     except RobotError as error:
-        return Check(name, True, str(error))
+        return Check(name, False, f"accepted {what}: {error}")
     return Check(name, False, f"accepted {what}: {gi.MotionStatus.Name(outcome.status)}")
 
 

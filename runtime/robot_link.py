@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 import zenoh
+from google.protobuf.internal.enum_type_wrapper import EnumTypeWrapper
 from google.protobuf.message import DecodeError
 
 from grasping_invisible.data.clock import to_ns, to_timestamp
@@ -24,7 +25,7 @@ from grasping_invisible.data.topics import (
 )
 from grasping_invisible.runtime import zenoh_session
 from grasping_invisible.runtime.bus import Bus, Gaps
-from grasping_invisible.runtime.errors import LinkError, RobotError
+from grasping_invisible.runtime.errors import CommandRefused, LinkError, RobotError
 from grasping_invisible.runtime.frame import RgbdFrame
 from grasping_invisible.runtime.frame_sets import FrameSets
 from grasping_invisible.runtime.heartbeat import Heartbeat
@@ -33,6 +34,9 @@ from grasping_invisible.runtime.link_settings import LinkSettings
 _TICK = 0.05  # seconds between two looks at the deadlines while waiting
 _LAST_NEWS = 0.3  # seconds to wait for the news that a robot which does not answer is gone
 _LOST_OUTCOME = 1.0  # seconds a robot may be idle after a command before its outcome counts as lost
+# Nanoseconds by which an outcome may say that the motion ended before the robot's last heartbeat ahead of the command:
+# more, and it is another motion's, or the robot's clock went back.
+_CLOCK_SLACK_NS = 100_000_000
 
 T = TypeVar("T")
 
@@ -61,6 +65,7 @@ class ZenohRobot:
         self._session = zenoh_session.connect(locator, settings.connect_seconds)
         self._heartbeat: Heartbeat | None = None
         try:
+            self._await_turn(locator)
             self._listen()
             self._heartbeat = Heartbeat(self._beat, "runtime health")
             self._await_robot(locator)
@@ -91,20 +96,25 @@ class ZenohRobot:
         return parts.decode()
 
     def execute(self, command: gi.MotionCommand) -> gi.MotionOutcome:
-        """Send a command and wait for its outcome; the motion is stopped when that does not come."""
+        """Send a command and wait for its outcome; the motion is stopped when that does not come.
+
+        Raises `CommandRefused` with the robot's reason, and `RobotError` or `LinkError` where it cannot go on.
+        """
         with self._changed:
             self._outcomes.pop(command.id, None)  # of an earlier run's command with the same number
+            self._frames.forget()  # nothing seen before a motion shows what came of it, whatever the stamps say
+            asked_ns = max(to_ns(self.health.stamp), self._frames_from_ns)
         try:
             reply = self._request(command)
         except BaseException:
             self.stop("the runtime gave up waiting for an answer; the motion may have begun")
             raise
         if not reply.accepted:
-            raise RobotError(f"the robot refused {gi.MotionKind.Name(command.kind)} {command.id}: {reply.reason}")
+            raise CommandRefused(f"the robot refused {gi.MotionKind.Name(command.kind)} {command.id}: {reply.reason}")
         self._active_command_id = command.id
         try:
             outcome = self._wait_for(
-                self._outcome_finder(command.id),
+                self._outcome_finder(command.id, asked_ns),
                 self._settings.motion_seconds,
                 lambda: f"{gi.MotionKind.Name(command.kind)} {command.id} has not ended",
             )
@@ -113,6 +123,7 @@ class ZenohRobot:
             raise
         finally:
             self._active_command_id = 0
+        _check_status(command, outcome)
         self._frames_from_ns = _end_of(command, outcome)
         return outcome
 
@@ -126,6 +137,14 @@ class ZenohRobot:
             self._heartbeat.stop()
         self._bus.disconnect()
         zenoh_session.close(self._session)
+
+    def _await_turn(self, locator: str) -> None:
+        """Wait until no other runtime is connected: a robot moves for one alone, and stops where it hears two."""
+        deadline = time.monotonic() + self._settings.connect_seconds
+        while list(self._session.liveliness().get(RUNTIME_TOKEN, timeout=_LAST_NEWS)):
+            if time.monotonic() >= deadline:
+                raise LinkError(f"another runtime is connected to the robot at {locator}; a robot moves for one alone")
+            time.sleep(_TICK)
 
     def _listen(self) -> None:
         session = self._session
@@ -215,28 +234,43 @@ class ZenohRobot:
         if self.health.state == gi.ROBOT_FAULT:
             raise RobotError(f"the robot is at fault: {self.health.detail or 'it does not say why'}")
 
-    def _outcome_finder(self, command_id: int) -> Callable[[], gi.MotionOutcome | None]:
-        """Finds the outcome; raises `LinkError` once the robot stands idle without having sent it."""
+    def _outcome_finder(self, command_id: int, asked_ns: int) -> Callable[[], gi.MotionOutcome | None]:
+        """Finds the outcome; raises `LinkError` once the robot stands idle without having sent it.
+
+        `asked_ns`: the robot's clock when it was asked. What ended before is the outcome of another run's command with
+        that number, said once more.
+        """
         idle_since: float | None = None
         accepted_at = time.monotonic()
+        earlier = ""
 
         def find() -> gi.MotionOutcome | None:
-            nonlocal idle_since
+            nonlocal idle_since, earlier
             outcome = self._outcomes.pop(command_id, None)
-            if outcome is not None:
+            if outcome is not None and not 0 < to_ns(outcome.ended) < asked_ns - _CLOCK_SLACK_NS:
                 return outcome
-            if self.health.active_command_id == command_id or self._heard_at < accepted_at:
+            if outcome is not None:
+                earlier = "; one came that ended before that was sent, by the robot's own clock"
+            moving = self.health.active_command_id == command_id or self.health.state == gi.MOVING
+            if moving or self._heard_at < accepted_at:
                 idle_since = None
             elif idle_since is None:
                 idle_since = time.monotonic()
             elif time.monotonic() - idle_since > _LOST_OUTCOME:
-                raise LinkError(f"the robot is idle again, but the outcome of command {command_id} never came")
+                stands = _name_of(gi.RobotState, self.health.state)
+                why = f" ({self.health.detail})" if self.health.detail else ""
+                raise LinkError(
+                    f"the robot no longer moves, it is in {stands}{why}, but the outcome of command {command_id} never "
+                    f"came{earlier}"
+                )
             return None
 
         return find
 
     def _request(self, command: gi.MotionCommand) -> gi.CommandReply:
-        """The robot's answer to a command. Raises `LinkError` when there is none."""
+        """The robot's answer to a command. Raises `LinkError` when there is none, or more than one."""
+        with self._changed:
+            self._check_robot()  # while deciding it may have gone, and another one come
         replies: list[bytes] = []
         finished = threading.Event()
 
@@ -251,6 +285,9 @@ class ZenohRobot:
             zenoh.handlers.Callback(take, finished.set),
             payload=payload,
             timeout=self._settings.reply_seconds,
+            # All of them, should there be several robots.
+            target=zenoh.QueryTarget.ALL,
+            consolidation=zenoh.ConsolidationMode.NONE,
         )
         deadline = time.monotonic() + self._settings.reply_seconds + 0.5
         while not finished.wait(_TICK) and not replies and time.monotonic() < deadline:
@@ -261,11 +298,32 @@ class ZenohRobot:
                 self._changed.wait_for(lambda: self._gone, _LAST_NEWS)
             self._check_robot()
             raise LinkError(f"the robot did not answer command {command.id}")
-        self._bus.deliver(COMMAND_REPLY, replies[0])
+        finished.wait(_TICK)
+        for reply in replies:
+            self._bus.deliver(COMMAND_REPLY, reply)
+        if len(replies) > 1:
+            raise LinkError(f"{len(replies)} robots answer command {command.id} on this link; it takes one")
         try:
-            return gi.CommandReply.FromString(replies[0])
+            reply = gi.CommandReply.FromString(replies[0])
         except DecodeError as error:
             raise LinkError(f"the robot's answer to command {command.id} is no CommandReply") from error
+        if reply.command_id not in (0, command.id):
+            raise LinkError(f"the robot's answer to command {command.id} is to command {reply.command_id}")
+        return reply
+
+
+def _check_status(command: gi.MotionCommand, outcome: gi.MotionOutcome) -> None:
+    """Raises `RobotError` where an outcome does not say how the motion ended."""
+    if outcome.status == gi.MOTION_STATUS_UNSPECIFIED or outcome.status not in gi.MotionStatus.values():
+        said = _name_of(gi.MotionStatus, outcome.status)
+        raise RobotError(
+            f"the robot's outcome of {gi.MotionKind.Name(command.kind)} {command.id} has the status {said}"
+        )
+
+
+def _name_of(kinds: EnumTypeWrapper, number: int) -> str:
+    """The name of an enum's value, or its number where a robot says one that there is not."""
+    return kinds.Name(number) if number in kinds.values() else str(number)
 
 
 def _end_of(command: gi.MotionCommand, outcome: gi.MotionOutcome) -> int:

@@ -22,6 +22,13 @@ def test_distorted_or_incomplete_calibration_is_refused() -> None:
     del short.K[8]
     with pytest.raises(BadMessage, match="9 finite numbers"):
         decode_calibration(short)
-    flat = encode_calibration(np.diag([0.0, 615.0, 1.0]), 640, 480, 7)
+
+
+@pytest.mark.parametrize(("place", "value"), [(0, 0.0), (3, 615.0), (4, 1e300), (6, 1.0), (8, 2.0)])
+def test_intrinsics_that_are_no_pinhole_cameras_are_refused(place: int, value: float) -> None:
+    message = encode_calibration(K, 640, 480, 7)
+    message.K[1] = 615.0  # pixels may be askew, but then the other must not be
+    decode_calibration(message)
+    message.K[place] = value
     with pytest.raises(BadMessage, match="pinhole"):
-        decode_calibration(flat)
+        decode_calibration(message)

@@ -15,6 +15,7 @@ def numbered(number: int) -> bytes:
         ([7, 8, 9], 0),  # the first were said before anyone listened
         ([7, 9, 10, 14], 4),
         ([7, 8, 0, 1, 3], 1),  # a robot that began anew
+        ([0, 1 << 56, 2 << 56, (2 << 56) + 2], 1),  # the bytes in the wrong order, and one lost
     ],
 )
 def test_gaps_between_numbers_are_what_was_lost(numbers: list[int], lost: int) -> None:

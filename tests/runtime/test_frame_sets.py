@@ -45,6 +45,13 @@ def test_parts_of_different_frames_are_never_put_together() -> None:
     assert len(sets.missing_since(0)) == 2
 
 
+def test_transforms_have_the_stamp_of_the_latest_of_them() -> None:
+    *images, (_, _) = parts(5)
+    poses = encode_transforms({CAMERA_FRAME: np.eye(4)}, 5)
+    poses.transforms.insert(0, encode_transforms({"bolted_down": np.eye(4)}, 1).transforms[0])
+    assert filled(*images, (TRANSFORMS, poses.SerializeToString())).first_since(5) is not None
+
+
 def test_what_is_missing_is_named() -> None:
     sets = filled(*parts(5)[:3])
     assert sets.missing_since(0) == [TRANSFORMS.key]
@@ -52,7 +59,7 @@ def test_what_is_missing_is_named() -> None:
 
 
 def test_old_sets_are_forgotten() -> None:
-    sets = filled(*[message for stamp in range(1, 12) for message in parts(stamp)])
+    sets = filled(*[message for stamp in range(1, 36) for message in parts(stamp)])
     found = sets.first_since(0)
     assert found is not None
     assert found.decode().stamp_ns == 4

@@ -1,10 +1,13 @@
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.decision import DecisionSettings, Deliberation
 from grasping_invisible.runtime.errors import RobotError
+from grasping_invisible.runtime.frame import RgbdFrame
 from grasping_invisible.runtime.loop import Goal, RunPlan, RunProgress, run_loop
 from grasping_invisible.runtime.safety import SafetyLimits, UnsafeCommand
 
@@ -83,6 +86,37 @@ def test_what_is_held_at_the_start_is_put_down_first(table_robot: Any, color_mod
     table_robot.holding = True
     run_loop(table_robot, color_models, RED, RunPlan())
     assert kinds(table_robot)[:2] == ["HOME", "PLACE"]
+
+
+def test_what_cannot_be_put_down_ends_the_run(
+    table_robot: Any, color_models: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    execute = table_robot.execute
+
+    def keep_hold(command: gi.MotionCommand) -> gi.MotionOutcome:
+        outcome = execute(command)
+        outcome.holding = True
+        return outcome
+
+    monkeypatch.setattr(table_robot, "execute", keep_hold)
+    with pytest.raises(RobotError, match="PLACE ended with something still in the gripper"):
+        run_loop(table_robot, color_models, RED, RunPlan())
+
+
+def test_a_camera_that_goes_blind_is_no_grasped_target(
+    table_robot: Any, color_models: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    observe = table_robot.observe
+
+    def blind_once_it_holds() -> RgbdFrame:
+        frame = observe()
+        return replace(frame, depth=np.zeros_like(frame.depth)) if table_robot.holding else frame
+
+    monkeypatch.setattr(table_robot, "observe", blind_once_it_holds)
+    progress = RunProgress()
+    with pytest.raises(RobotError, match="the depth image shows 0% of the workspace"):
+        run_loop(table_robot, color_models, RED, RunPlan(), progress=progress)
+    assert not progress.grasped
 
 
 @pytest.mark.parametrize("status", [gi.STOPPED, gi.FAULT, gi.BLOCKED, gi.UNREACHABLE])

@@ -9,17 +9,28 @@ import numpy as np
 import pytest
 import zenoh
 from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
+from google.protobuf.message import Message
 
 from grasping_invisible.data.clock import to_timestamp
 from grasping_invisible.data.images import CAMERA_FRAME
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
-from grasping_invisible.data.topics import COMMAND, COMMAND_REPLY, OUTCOME, PROTOCOL_VERSION, STOP, TRUTH, Topic
+from grasping_invisible.data.topics import (
+    COMMAND,
+    COMMAND_REPLY,
+    OUTCOME,
+    PROTOCOL_VERSION,
+    RUNTIME_HEALTH,
+    STOP,
+    TRUTH,
+    Topic,
+)
 from grasping_invisible.data.transform_message import encode_transforms
 from grasping_invisible.runtime import bus as bus_module
 from grasping_invisible.runtime import zenoh_session
 from grasping_invisible.runtime.bus import Bus
 from grasping_invisible.runtime.errors import BadInput, LinkError, RobotError
 from grasping_invisible.runtime.frame import Camera, RgbdFrame
+from grasping_invisible.runtime.heartbeat import Heartbeat
 from grasping_invisible.runtime.link_settings import LinkSettings
 from grasping_invisible.runtime.robot_link import ZenohRobot
 from grasping_invisible.runtime.robot_server import RobotServer
@@ -38,6 +49,9 @@ class StillRobot:
         self.fault = ""
         self.heartbeat_failure: Exception | None = None
         self.tells_time = True
+        self.clock_moves = 0.0  # seconds that its clock goes on, or back, as a motion begins
+        self.status: gi.MotionStatus = gi.COMPLETED
+        self.camera_ahead = 0.0  # seconds
         self.version = PROTOCOL_VERSION
         self.protocol_state: gi.RobotState = gi.IDLE
         self._stop = threading.Event()
@@ -50,15 +64,16 @@ class StillRobot:
         if self.fault:
             self.protocol_state = gi.ROBOT_FAULT
             raise RobotError(self.fault)
-        started = time.time_ns()
+        moved_ns = round(self.clock_moves * 1e9)
+        started = time.time_ns() + moved_ns
         self._stop.clear()
         stopped = self._stop.wait(self.motion_seconds)
         self.motions += 1
         return gi.MotionOutcome(
             command_id=command.id,
             started=to_timestamp(started),
-            ended=to_timestamp(time.time_ns()) if self.tells_time else None,
-            status=gi.STOPPED if stopped else gi.COMPLETED,
+            ended=to_timestamp(time.time_ns() + moved_ns) if self.tells_time else None,
+            status=gi.STOPPED if stopped else self.status,
             detail=self._stop_reason if stopped else "done",
         )
 
@@ -69,12 +84,14 @@ class StillRobot:
     def heartbeat(self) -> gi.RobotHealth:
         if self.heartbeat_failure is not None:
             raise self.heartbeat_failure
-        return gi.RobotHealth(state=self.protocol_state, robot_name="still", protocol_version=self.version)
+        now = to_timestamp(time.time_ns())
+        return gi.RobotHealth(stamp=now, state=self.protocol_state, robot_name="still", protocol_version=self.version)
 
     def frame(self) -> RgbdFrame:
         color = np.full((48, 64, 3), self.motions, np.uint8)
         depth = np.full((48, 64), 0.5 + self.motions / 100, np.float32)
-        return RgbdFrame(time.time_ns(), color, depth, Camera(64, 48, INTRINSICS, BASE_FROM_CAMERA))
+        stamp_ns = time.time_ns() + round(self.camera_ahead * 1e9)
+        return RgbdFrame(stamp_ns, color, depth, Camera(64, 48, INTRINSICS, BASE_FROM_CAMERA))
 
 
 class Side:
@@ -130,6 +147,23 @@ def connected(side: Side, bus: Bus | None = None, run_id: str = "run") -> Iterat
         yield robot
     finally:
         robot.close()
+
+
+@contextmanager
+def heartbeat_of(side: Side, run_id: str) -> Iterator[None]:
+    """A runtime that does not care who else is there."""
+    session = zenoh_session.connect(side.endpoint, 2.0)
+    bus = Bus(session)
+
+    def beat() -> None:
+        bus.publish(RUNTIME_HEALTH, gi.RuntimeHealth(run_id=run_id))
+
+    heartbeat = Heartbeat(beat, run_id)
+    try:
+        yield
+    finally:
+        heartbeat.stop()
+        zenoh_session.close(session)
 
 
 def command(number: int, x: float = 0.5) -> gi.MotionCommand:
@@ -352,7 +386,7 @@ def test_another_runtime_does_not_stand_in_for_one_that_falls_silent(side: Side)
         mover = threading.Thread(target=execute_until_closed, args=(first,), daemon=True)
         mover.start()
         wait_until(lambda: side.server._commander == "first")
-        with connected(side, run_id="second"):
+        with heartbeat_of(side, "second"):
             assert first._heartbeat is not None
             first._heartbeat.stop()
             wait_until(lambda: side.driver.motions == 1, seconds=4.0)
@@ -384,10 +418,88 @@ def test_an_outcome_of_an_earlier_run_is_not_taken_for_this_ones(side: Side) -> 
 
 
 def test_two_runtimes_at_once_move_nothing(side: Side) -> None:
-    with connected(side, run_id="first") as first, connected(side, run_id="second"):
+    with connected(side, run_id="first") as first, heartbeat_of(side, "second"):
         time.sleep(0.25)
         with pytest.raises(RobotError, match="first, second"):
             first.execute(command(1))
+
+
+def test_a_second_runtime_waits_for_its_turn_and_disturbs_nothing(side: Side) -> None:
+    with connected(side, run_id="first") as first:
+        with pytest.raises(LinkError, match="another runtime is connected"), connected(side, run_id="second"):
+            pass
+        assert first.execute(command(1)).status == gi.COMPLETED
+    with connected(side, run_id="second") as second:
+        assert second.execute(command(1)).status == gi.COMPLETED
+
+
+def test_two_robots_on_one_link_are_noticed_and_stopped(side: Side) -> None:
+    other = zenoh_session.connect(side.endpoint, 2.0)
+    accepted = gi.CommandReply(command_id=1, accepted=True).SerializeToString()
+    queryable = other.declare_queryable(COMMAND.key, lambda query: query.reply(COMMAND.key, accepted))
+    side.driver.motion_seconds = 5.0
+    try:
+        with connected(side) as robot:
+            time.sleep(0.2)
+            with pytest.raises(LinkError, match="2 robots answer command 1"):
+                robot.execute(command(1))
+            wait_until(lambda: side.driver.motions == 1, seconds=2.0)
+    finally:
+        queryable.undeclare()
+        zenoh_session.close(other)
+
+
+def test_an_outcome_that_is_said_once_more_is_not_taken_for_the_next(side: Side) -> None:
+    side.driver.motion_seconds = 0.5
+    long_ago = to_timestamp(time.time_ns() - 10**10)
+    repeated = gi.MotionOutcome(command_id=1, started=long_ago, ended=long_ago, status=gi.COMPLETED, detail="long ago")
+    with connected(side) as robot:
+        threading.Timer(0.2, lambda: side.server.bus.publish(OUTCOME, repeated)).start()
+        assert robot.execute(command(1)).detail == "done"
+
+
+def test_a_clock_that_goes_back_ends_the_run(side: Side) -> None:
+    side.driver.clock_moves = -30.0
+    with (
+        connected(side) as robot,
+        pytest.raises(LinkError, match="one came that ended before that was sent"),
+    ):
+        robot.execute(command(1))
+
+
+def test_nothing_that_was_seen_before_a_motion_is_taken_for_what_came_of_it(side: Side) -> None:
+    side.driver.camera_ahead = 60.0
+    with connected(side) as robot:
+        robot.observe()
+        side.sends_frames = False
+        time.sleep(0.1)
+        robot.execute(command(1))
+        with pytest.raises(LinkError, match="no complete camera frame"):
+            robot.observe()
+
+
+@pytest.mark.parametrize(("status", "said"), [(gi.MOTION_STATUS_UNSPECIFIED, "MOTION_STATUS_UNSPECIFIED"), (17, "17")])
+def test_an_outcome_that_does_not_say_how_it_ended_is_an_error(side: Side, status: gi.MotionStatus, said: str) -> None:
+    side.driver.status = status
+    with connected(side) as robot, pytest.raises(RobotError, match=f"PUSH 1 has the status {said}"):
+        robot.execute(command(1))
+
+
+def test_a_robot_that_does_not_say_which_command_it_carries_out_is_waited_for(
+    side: Side, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    publish = side.server.bus.publish
+
+    def anonymous(topic: Topic, message: Message) -> bytes:
+        if isinstance(message, gi.RobotHealth):
+            message.active_command_id = 0
+        return publish(topic, message)
+
+    monkeypatch.setattr(side.server.bus, "publish", anonymous)
+    side.driver.protocol_state = gi.MOVING
+    side.driver.motion_seconds = 2.0
+    with connected(side) as robot:
+        assert robot.execute(command(1)).status == gi.COMPLETED
 
 
 def test_a_second_command_while_moving_is_refused(side: Side) -> None:
