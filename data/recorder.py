@@ -7,6 +7,7 @@ from collections import Counter, deque
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
+from typing import Annotated
 
 import msgspec
 
@@ -36,7 +37,7 @@ class RecordingSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True)
     """
 
     queue_bytes: int = 64 << 20
-    flush_seconds: float = 0.4
+    flush_seconds: Annotated[float, msgspec.Meta(ge=0, le=3600)] = 0.4
     part_bytes: int | None = None
     part_seconds: float | None = None
     folder_bytes: int | None = None

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from grasping_invisible.data.action_grid import ROTATIONS
 from grasping_invisible.export.onnx_file import Graph, write_onnx
 from grasping_invisible.runtime.classifier import FEATURES
+from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.manifest import CameraAssumptions, CriticInput, Manifest, ModelFile, write_manifest
 from grasping_invisible.runtime.rotation import ROTATED_CELLS
 from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights
@@ -30,9 +31,21 @@ LABEL_TOLERANCE = 1e-3  # share of pixels whose two best classes are too close f
 def export_checkpoints(folders: Sequence[Path], out: Path) -> Manifest:
     """The bundle of `segmenter.pt`, `critic.pt` and `classifier.pt`, each from the first folder that holds it.
 
-    Raises `BadInput` or `ParityError`.
+    Raises `BadInput`, also for a folder that gives none of them, as one does whose name is mistyped, or `ParityError`.
     """
-    return export_bundle({kind: load_checkpoint(_found(folders, f"{kind}.pt"), kind) for kind in MODELS}, out)
+    files = {kind: _found(folders, f"{kind}.pt") for kind in MODELS}
+    giving = {file.parent for file in files.values()}
+    for folder in folders:
+        if folder not in giving:
+            raise BadInput(f"{folder} gives no model: {_why_none(folder)}")
+    return export_bundle({kind: load_checkpoint(file, kind) for kind, file in files.items()}, out)
+
+
+def _why_none(folder: Path) -> str:
+    names = [f"{kind}.pt" for kind in MODELS]
+    if any((folder / name).is_file() for name in names):
+        return "the folders before it hold all that it has"
+    return f"it holds none of {', '.join(names)}" if folder.is_dir() else "there is no such folder"
 
 
 def _found(folders: Sequence[Path], name: str) -> Path:

@@ -37,6 +37,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the new bundle")
     parser.add_argument("--threads", type=int, default=DEFAULT_THREADS, help="ONNX Runtime threads to time with")
     options = parser.parse_args(arguments)
+    if options.threads < 1:
+        parser.error("--threads must be at least 1")
     return run_command("gi-export", lambda: _run(options), "interrupted; the bundle is not complete")
 
 

@@ -1,5 +1,6 @@
 """The config file: a TOML table for each part of the runtime. docs/configuration.md lists every key."""
 
+import math
 import tomllib
 from pathlib import Path
 from typing import Annotated, Any
@@ -22,6 +23,10 @@ class WorkspaceSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True)
     """
 
     center: tuple[float, float, float] = Workspace().center
+
+    def __post_init__(self) -> None:
+        if not all(map(math.isfinite, self.center)):
+            raise ValueError(f"center {list(self.center)} must be finite")
 
     def workspace(self) -> Workspace:
         """The workspace itself."""

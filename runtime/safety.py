@@ -23,6 +23,12 @@ class SafetyLimits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     max_push_length: Metres = PUSH_LENGTH
     max_opening: Metres = MAX_OPENING  # between the finger pads
 
+    def __post_init__(self) -> None:
+        if self.min_height >= self.max_height:
+            raise ValueError(f"min_height {self.min_height:g} must be below max_height {self.max_height:g}")
+        if self.max_push_length < PUSH_LENGTH:
+            raise ValueError(f"max_push_length {self.max_push_length:g} forbids all pushes, {PUSH_LENGTH:g} m long")
+
 
 class UnsafeCommand(RobotError):
     """A command that breaks a limit; it was not sent."""

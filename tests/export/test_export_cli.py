@@ -24,6 +24,22 @@ def test_the_shipped_checkpoints_make_the_shipped_models(tmp_path: Path) -> None
     }
 
 
+def test_a_folder_that_gives_nothing_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "out"
+    (tmp_path / "empty").mkdir()
+    for folders, said in (
+        ([tmp_path / "mistyped", SHIPPED], "mistyped gives no model: there is no such folder"),
+        (
+            [tmp_path / "empty", SHIPPED],
+            "empty gives no model: it holds none of segmenter.pt, critic.pt",
+        ),
+        ([SHIPPED, checkpoint_folder(SHIPPED) / ".." / "checkpoints"], "the folders before it hold all that it has"),
+    ):
+        assert main(["--checkpoints", *map(str, folders), "--out", str(out)]) == 2
+        assert said in capsys.readouterr().err
+        assert not out.exists()
+
+
 def test_the_first_folder_that_holds_a_model_gives_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "critic.pt").write_bytes(b"no checkpoint")
     assert main(["--checkpoints", str(tmp_path), SHIPPED, "--out", str(tmp_path / "out")]) == 2

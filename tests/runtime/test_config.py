@@ -41,6 +41,10 @@ def test_the_written_configuration_reads_back_the_same(tmp_path: Path) -> None:
         ("link = 3", "link"),
         ("[models]\nthreads = 0", "models.threads"),
         ("[policy]\nexploration = 'luck'", "'luck' is unknown; known: explorer"),
+        ("[safety]\nmin_height = 0.3", r"min_height 0\.3 must be below max_height 0\.25"),
+        ("[safety]\nmax_push_length = 0", "max_push_length 0 forbids all pushes"),
+        ("[recording]\nflush_seconds = 1e300", "recording.flush_seconds"),
+        ("[workspace]\ncenter = [nan, 0.0, 0.0]", "must be finite"),
         ("[link", "not TOML"),
     ],
 )
