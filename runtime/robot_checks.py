@@ -45,14 +45,16 @@ class Check:
 
 @dataclass
 class Hearing:
-    """A sink that notes what came, when, and how large."""
+    """A sink that notes what came and when."""
 
     times: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
+    earliest: dict[str, bytes] = field(default_factory=dict)
     latest: dict[str, bytes] = field(default_factory=dict)
 
     def __call__(self, topic: Topic, payload: bytes, time_ns: int) -> None:
         """See `Sink`."""
         self.times[topic.key].append(time_ns * 1e-9)
+        self.earliest.setdefault(topic.key, payload)
         self.latest[topic.key] = payload
 
 
@@ -67,8 +69,9 @@ def check_robot(locator: str, settings: LinkSettings, workspace: Workspace, *, m
     robot = ZenohRobot(locator, Bus(sinks=(hearing,)), settings, "gi-robot-check")
     try:
         hearing.times.clear()  # what came while connecting says nothing about rates
+        hearing.earliest.clear()
         time.sleep(LISTEN_SECONDS)
-        checks = [_health_rate(hearing), _clock(robot.health), *_camera_topics(hearing)]
+        checks = [_health_rate(hearing), _clock(robot.health), *_camera_topics(hearing), _stamps(hearing)]
         checks += _frame(robot, workspace)
         checks.append(_kind(robot))
         if move:
@@ -104,6 +107,19 @@ def _camera_topics(hearing: Hearing) -> list[Check]:
             count, detail = 0, f"the payload is no {topic.message.DESCRIPTOR.full_name}"
         checks.append(Check(topic.key, count > 0, detail))
     return checks
+
+
+def _stamps(hearing: Hearing) -> Check:
+    """Frames of a camera that stands still are new ones all the same."""
+    try:
+        first, last = (
+            to_ns(COLOR_IMAGE.message.FromString(heard.get(COLOR_IMAGE.key, b"")).timestamp)
+            for heard in (hearing.earliest, hearing.latest)
+        )
+    except DecodeError as error:
+        return Check("stamps", False, str(error))
+    seconds = (last - first) * 1e-9
+    return Check("stamps", seconds > 0, f"those of the colour images go on by {seconds:.2f} s in {LISTEN_SECONDS:g} s")
 
 
 def _frame(robot: ZenohRobot, workspace: Workspace) -> list[Check]:

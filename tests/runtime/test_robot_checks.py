@@ -81,10 +81,23 @@ def test_a_careless_driver_fails_where_it_is_careless(careless: tuple[str, Carel
     assert results["heartbeat"] is True
     assert results["frame"] is True
     assert results["calibration"] is False
+    assert results["stamps"] is True
     assert results["refusal"] is False
     assert results["clock"] is None
     assert results.get("bounds") is (False if move else None)
     assert driver.kinds == [gi.MOTION_KIND_UNSPECIFIED, *([gi.HOME, gi.PUSH] if move else [])]
+
+
+def test_frames_that_never_change_their_stamp_fail(careless: tuple[str, CarelessDriver]) -> None:
+    endpoint, driver = careless
+    stale = driver.frame()
+    driver.frame = lambda: stale
+    time.sleep(0.5)  # until the last of the new ones has gone out
+    results = {
+        check.name: check.passed
+        for check in robot_checks.check_robot(endpoint, LinkSettings(), Workspace(), move=False)
+    }
+    assert results["stamps"] is False
 
 
 def test_the_simulator_passes_and_the_command_says_so() -> None:
@@ -101,7 +114,7 @@ def test_the_simulator_passes_and_the_command_says_so() -> None:
         checked = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
         assert checked.returncode == 0, checked.stdout + checked.stderr
         assert "failed" not in checked.stdout
-        assert checked.stdout.count("passed") == 12
+        assert checked.stdout.count("passed") == 13
         simulator.send_signal(signal.SIGINT)
         assert simulator.wait(5) == 130
     finally:
