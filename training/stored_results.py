@@ -37,13 +37,14 @@ class StoredResult(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
 
 Key = tuple[str, int]  # scene and seed
+_BEGINNING = b'{"measured":'  # of every line
 
 
 class ResultsFile:
     """The results of one evaluation, kept as they come; an interrupted evaluation goes on from them.
 
     One process at a time has it open, until `close`. Raises `BadInput` where another has, or where the file holds
-    results of anything else.
+    results of anything else, or something else altogether.
     """
 
     def __init__(self, path: Path, measured: Measured) -> None:
@@ -88,10 +89,7 @@ class ResultsFile:
 
 def read_results(path: Path) -> list[StoredResult]:
     """All results in a file. Raises `BadInput`, or `OSError` where it cannot be read."""
-    try:
-        return [msgspec.json.decode(line, type=StoredResult) for line in path.read_bytes().splitlines()]
-    except msgspec.DecodeError as error:
-        raise BadInput(f"{path} does not hold results of gi-eval run: {error}") from None
+    return _decoded(path.read_bytes(), path)
 
 
 def read_all_results(paths: Iterable[Path]) -> list[StoredResult]:
@@ -100,18 +98,23 @@ def read_all_results(paths: Iterable[Path]) -> list[StoredResult]:
 
 
 def _results_of(path: Path, measured: Measured) -> dict[Key, TrialResult]:
-    _drop_cut_line(path)
-    results = {}
-    for stored in read_results(path):
-        if stored.measured != measured:
-            raise BadInput(f"{path} holds results of {stored.measured}, this is {measured}; name another file")
-        results[stored.result.scene, stored.result.seed] = stored.result
-    return results
-
-
-def _drop_cut_line(path: Path) -> None:
-    """A kill may have left half a line at the end."""
+    """The results in a file, without half a line that a kill left at its end. A file that is refused stays as it is."""
     data = path.read_bytes()
     whole = data[: data.rfind(b"\n") + 1]
-    if whole != data:
+    cut = data[len(whole) :]
+    stored = _decoded(whole, path)
+    for item in stored:
+        if item.measured != measured:
+            raise BadInput(f"{path} holds results of {item.measured}, this is {measured}; name another file")
+    if cut and not stored and not cut.startswith(_BEGINNING[: len(cut)]):
+        raise BadInput(f"{path} does not hold results of gi-eval run; name another file")
+    if cut:
         os.truncate(path, len(whole))
+    return {(item.result.scene, item.result.seed): item.result for item in stored}
+
+
+def _decoded(lines: bytes, path: Path) -> list[StoredResult]:
+    try:
+        return [msgspec.json.decode(line, type=StoredResult) for line in lines.splitlines()]
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise BadInput(f"{path} does not hold results of gi-eval run: {error}") from None

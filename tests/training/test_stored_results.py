@@ -68,3 +68,43 @@ def test_another_file_is_no_file_of_results(tmp_path: Path):
     (tmp_path / "other.jsonl").write_text('{"grasped": true}\n')
     with pytest.raises(BadInput, match=r"other.jsonl does not hold results of gi-eval run"):
         read_results(tmp_path / "other.jsonl")
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"a shopping list",
+        b'{"grasped": true}',
+        b"\xff\xfe\x00",
+        b"notes\nand half a line",
+        b'{"measured": 1}\n{"measured"',
+        b"\n",
+    ],
+)
+def test_a_file_of_something_else_is_refused_and_stays_as_it_is(tmp_path: Path, content: bytes):
+    path = tmp_path / "mine.txt"
+    path.write_bytes(content)
+    with pytest.raises(BadInput, match=r"mine.txt does not hold results of gi-eval run"):
+        ResultsFile(path, OURS)
+    assert path.read_bytes() == content
+
+
+def test_half_a_line_of_other_results_is_left_alone(tmp_path: Path, result_of):
+    path = tmp_path / "results.jsonl"
+    with ResultsFile(path, OURS) as file:
+        file.add(result_of("coordination-00", 0, True, 2))
+    path.write_bytes(before := path.read_bytes() * 2 + b'{"meas')
+    with pytest.raises(BadInput, match="on coordination, this is"):
+        ResultsFile(path, Measured("invisible", "ours", "ours", "b" * 64))
+    assert path.read_bytes() == before
+
+
+def test_a_first_line_that_a_kill_cut_is_made_again(tmp_path: Path, result_of):
+    path = tmp_path / "results.jsonl"
+    with ResultsFile(path, OURS) as file:
+        file.add(result_of("coordination-00", 0, True, 2))
+    line = path.read_bytes()
+    for length in (1, 12, 40, len(line) - 1):
+        path.write_bytes(line[:length])
+        with ResultsFile(path, OURS) as file:
+            assert path.read_bytes() == b""
