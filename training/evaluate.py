@@ -54,11 +54,12 @@ def evaluate(evaluation: Evaluation, workers: int, console: Console) -> list[Tri
     with nullcontext() if evaluation.results is None else ResultsFile(evaluation.results, measured) as file:
         done = {} if file is None else file.of(trials)
         left = [trial for trial in trials if (trial.name, trial.seed) not in done]
+        tasks = {trial.name: trial.task_sha256 for trial in left}
         with bar(f"{evaluation.suite}, {measured.name}", len(trials), console, len(done)) as advance:
             for result in _runs(left, evaluation, workers):
                 done[result.scene, result.seed] = result
                 if file is not None:
-                    file.add(result)
+                    file.add(result, tasks[result.scene])
                 advance(f"{sum(item.success for item in done.values())} of {len(done)}")
     return [done[key] for key in sorted(done)]
 

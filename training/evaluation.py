@@ -1,5 +1,6 @@
 """Measuring a bundle: many seeded runs of a suite of scenes, by the robot's own loop, judged by ground truth."""
 
+import hashlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -14,7 +15,7 @@ from grasping_invisible.runtime.errors import BadInput, RobotError
 from grasping_invisible.runtime.loop import Goal, RunPlan, RunProgress, run_loop
 from grasping_invisible.runtime.perception import MIN_TARGET_PIXELS
 from grasping_invisible.sim_robot.robot import SimRobot
-from grasping_invisible.sim_robot.scene import load_scene, scene_names
+from grasping_invisible.sim_robot.scene import Scene, load_scene, scene_names
 from grasping_invisible.training.evaluation_log import logged_run
 from grasping_invisible.training.evaluation_methods import Method
 from grasping_invisible.training.worker import loaded_bundle
@@ -25,13 +26,17 @@ SEEDS_APART = 1000  # between the first seeds of two evaluations: no run is in b
 
 @dataclass(frozen=True)
 class Trial:
-    """One run to make: a scene's name or file, its own name, a seed, what counts, and how many motions it may take."""
+    """One run to make: a scene's name or file, its own name, a seed, what counts, and how many motions it may take.
+
+    `task_sha256`: of all of that but names and seed, and of what the scene holds; see `task_sha256_of`.
+    """
 
     scene: str
     name: str
     seed: int
     goal: Goal
     max_motions: int
+    task_sha256: str | None = None
 
 
 class TrialResult(msgspec.Struct, frozen=True):
@@ -66,9 +71,28 @@ def trials_of(suite: str, runs: int, seed: int) -> list[Trial]:
         finding = scene.task == "exploration" and suite != "invisible"
         goal = Goal.FIND if finding else Goal.GRASP
         motions = scene.motions_to_grasp if suite == "invisible" else scene.max_motions
+        task = task_sha256_of(scene, goal, motions)
         first = seed * SEEDS_APART
-        trials += [Trial(source, scene.name, run_seed, goal, motions) for run_seed in range(first, first + runs)]
+        trials += [Trial(source, scene.name, run_seed, goal, motions, task) for run_seed in range(first, first + runs)]
     return trials
+
+
+def task_sha256_of(scene: Scene, goal: Goal, max_motions: int) -> str:
+    """A hash of what all runs of a scene have in common: target, objects, meshes by what is in them, goal, motions.
+
+    Raises `BadInput` for a mesh that cannot be read.
+    """
+    objects = [
+        msgspec.structs.replace(item, mesh=None if item.mesh is None else _sha256(item.mesh)) for item in scene.objects
+    ]
+    return hashlib.sha256(msgspec.json.encode((scene.target, objects, goal.name, max_motions))).hexdigest()
+
+
+def _sha256(mesh: str) -> str:
+    try:
+        return hashlib.sha256(Path(mesh).read_bytes()).hexdigest()
+    except (OSError, ValueError) as error:
+        raise BadInput(f"mesh {mesh} cannot be read: {error}") from None
 
 
 def _sources_of(suite: str) -> list[str]:

@@ -32,6 +32,12 @@ def test_a_scene_file_is_measured_logged_compared_and_goes_on(scene: Path, tmp_p
     assert results.read_text() == kept
     assert json.loads(capsys.readouterr().out.splitlines()[-1]) == summary
 
+    as_it_was = scene.read_text()
+    scene.write_text(as_it_was.replace("red", "blue"))
+    assert main(arguments) == 2
+    assert "holds results of 'lone' as it was before it changed" in capsys.readouterr().err
+    scene.write_text(as_it_was)
+
     assert main([*arguments, "--method", "rand"]) == 2
     assert "holds results of ours by bundle" in capsys.readouterr().err
 

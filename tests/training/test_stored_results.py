@@ -1,9 +1,10 @@
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from grasping_invisible.runtime.errors import BadInput
-from grasping_invisible.training.evaluation import trials_of
+from grasping_invisible.training.evaluation import Trial, trials_of
 from grasping_invisible.training.stored_results import Measured, ResultsFile, read_results
 
 OURS = Measured("coordination", "ours", "ours", "b" * 64)
@@ -108,3 +109,35 @@ def test_a_first_line_that_a_kill_cut_is_made_again(tmp_path: Path, result_of):
         path.write_bytes(line[:length])
         with ResultsFile(path, OURS) as file:
             assert path.read_bytes() == b""
+
+
+CHANGED = "holds results of 'coordination-00' as it was before it changed"
+PUBLISHED = sorted((Path(__file__).parents[2] / "docs" / "results").glob("*.jsonl"))
+
+
+@pytest.mark.parametrize("seed", [0, 1])  # the run that is there, and one that would stand beside it
+def test_results_of_a_scene_that_has_changed_are_refused(tmp_path: Path, result_of, seed: int):
+    trial = trials_of("coordination", 1, 0)[0]
+    with ResultsFile(tmp_path / "results.jsonl", OURS) as file:
+        file.add(result_of(trial.name, trial.seed, True, 2), trial.task_sha256)
+    with ResultsFile(tmp_path / "results.jsonl", OURS) as file:
+        assert len(file.of([trial])) == 1
+        with pytest.raises(BadInput, match=CHANGED):
+            file.of([replace(trial, seed=seed, task_sha256="c" * 64)])
+
+
+def test_results_from_before_scenes_were_told_apart_count_unless_their_allowance_differs(tmp_path: Path, result_of):
+    trial: Trial = trials_of("coordination", 1, 0)[0]
+    with ResultsFile(tmp_path / "results.jsonl", OURS) as file:
+        file.add(result_of(trial.name, trial.seed, True, 2))
+    with ResultsFile(tmp_path / "results.jsonl", OURS) as file:
+        assert len(file.of([trial])) == 1
+        with pytest.raises(BadInput, match=CHANGED):
+            file.of([replace(trial, max_motions=6)])
+
+
+@pytest.mark.parametrize("path", PUBLISHED, ids=lambda path: path.stem)
+def test_published_results_are_still_results_of_their_suites(path: Path):
+    stored = read_results(path)
+    trials = {trial.name: trial for trial in trials_of(stored[0].measured.suite, 1, 0)}
+    assert not any(item.is_of_another(trials[item.result.scene]) for item in stored)
