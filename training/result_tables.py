@@ -8,7 +8,7 @@ from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.training.evaluation_methods import METHODS, OURS
 from grasping_invisible.training.evaluation_summary import Rates, rates_by_scene, rates_of
 from grasping_invisible.training.paper_figures import TABLES, PaperRow, PaperTable
-from grasping_invisible.training.stored_results import StoredResult
+from grasping_invisible.training.stored_results import StoredResult, check_counted_once
 
 NONE = "\N{EN DASH}"  # in a cell
 
@@ -92,9 +92,8 @@ def _row(key: tuple[str, str], stored: list[StoredResult]) -> Row:
         raise BadInput(
             f"{name} on {suite} was measured with several bundles ({known}); tell them apart with run --name"
         )
+    check_counted_once(stored, f"{name} on {suite}")
     results = [item.result for item in stored]
-    if len({(item.scene, item.seed) for item in results}) < len(results):
-        raise BadInput(f"the results hold a run of {name} on {suite} twice; give each file once")
     return Row(
         name,
         rates_of(results),

@@ -121,6 +121,13 @@ def read_all_results(paths: Iterable[Path]) -> list[StoredResult]:
     return [item for file in files_at(paths, "results", "*.jsonl") for item in read_results(file)]
 
 
+def check_counted_once(stored: Iterable[StoredResult], what: str) -> None:
+    """Raises `BadInput` where a scene and seed come twice in the results of `what`."""
+    keys = [(item.result.scene, item.result.seed) for item in stored]
+    if len(set(keys)) < len(keys):
+        raise BadInput(f"the results hold a run of {what} twice; give each file once")
+
+
 def _results_of(path: Path, measured: Measured) -> dict[Key, StoredResult]:
     """The results in a file, without half a line that a kill left at its end. A file that is refused stays as it is."""
     data = path.read_bytes()
