@@ -10,6 +10,7 @@ from rich.console import Console
 from grasping_invisible.data.progress import bar
 from grasping_invisible.runtime.bundle import load_bundle
 from grasping_invisible.runtime.errors import BadInput
+from grasping_invisible.runtime.run_log import in_file_name
 from grasping_invisible.training.evaluation import Trial, TrialResult, run_trials, trials_of
 from grasping_invisible.training.evaluation_methods import method_named
 from grasping_invisible.training.stored_results import Measured, ResultsFile
@@ -74,6 +75,7 @@ def _log_folder(evaluation: Evaluation) -> Path | None:
     """A folder for each suite and method, as both share scenes and seeds."""
     if evaluation.log_dir is None:
         return None
-    folder = evaluation.log_dir / f"{Path(evaluation.suite).stem}-{evaluation.name or evaluation.method}"
+    name = in_file_name(f"{Path(evaluation.suite).name}-{evaluation.name or evaluation.method}")
+    folder = evaluation.log_dir / name
     folder.mkdir(parents=True, exist_ok=True)
     return folder

@@ -14,6 +14,7 @@ from grasping_invisible.runtime.decision import DecisionSettings
 from grasping_invisible.runtime.errors import BadInput, RobotError
 from grasping_invisible.runtime.loop import Goal, RunPlan, RunProgress, run_loop
 from grasping_invisible.runtime.perception import MIN_TARGET_PIXELS
+from grasping_invisible.runtime.run_log import in_file_name
 from grasping_invisible.sim_robot.robot import SimRobot
 from grasping_invisible.sim_robot.scene import Scene, load_scene, scene_names
 from grasping_invisible.training.evaluation_log import logged_run
@@ -123,6 +124,11 @@ def run_trials(
         yield from pool.imap_unordered(run, trials)
 
 
+def log_path(folder: Path, scene: str, seed: int) -> Path:
+    """Where a run leaves its log."""
+    return folder / f"{in_file_name(scene)}-{seed}.mcap"
+
+
 def run_trial(trial: Trial, models: Path | None, method: Method, log_dir: Path | None = None) -> TrialResult:
     """Make one run in this process."""
     bundle = loaded_bundle(models)
@@ -135,8 +141,10 @@ def run_trial(trial: Trial, models: Path | None, method: Method, log_dir: Path |
         if log_dir is None:
             run_loop(robot, bundle, settings, plan, (), progress)
         else:
-            log = log_dir / f"{trial.name}-{trial.seed}.mcap"
-            with logged_run(log, robot, bundle, method, plan, progress) as (spoken, watcher):
+            with logged_run(log_path(log_dir, trial.name, trial.seed), robot, bundle, method, plan, progress) as (
+                spoken,
+                watcher,
+            ):
                 run_loop(spoken, bundle, settings, plan, (watcher,), progress)
     except RobotError as error:
         failure = str(error)
