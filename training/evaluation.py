@@ -116,12 +116,17 @@ def run_trials(
 ) -> Iterator[TrialResult]:
     """Make the runs in `workers` processes; yields each result when it is there, in no particular order.
 
-    `log_dir`: where each run leaves a log, if anywhere.
+    `log_dir`: where each run leaves a log, if anywhere. A log gets its name only when its result is here, so that one
+    of that name is never of a run that has to be made again.
     """
-    run = partial(run_trial, models=models, method=method, log_dir=log_dir)
+    run = partial(_run_into, models=models, method=method, log_dir=log_dir)
     # Spawned: a fork would share PyBullet's and ONNX Runtime's threads. Leaving the pool ends its processes.
     with get_context("spawn").Pool(workers, initializer=prepare_worker) as pool:
-        yield from pool.imap_unordered(run, trials)
+        for result in pool.imap_unordered(run, trials):
+            if log_dir is not None:
+                log = log_path(log_dir, result.scene, result.seed)
+                _unfinished(log).rename(log)
+            yield result
 
 
 def log_path(folder: Path, scene: str, seed: int) -> Path:
@@ -129,8 +134,20 @@ def log_path(folder: Path, scene: str, seed: int) -> Path:
     return folder / f"{in_file_name(scene)}-{seed}.mcap"
 
 
-def run_trial(trial: Trial, models: Path | None, method: Method, log_dir: Path | None = None) -> TrialResult:
-    """Make one run in this process."""
+def _unfinished(log: Path) -> Path:
+    return log.with_suffix(".partial")
+
+
+def _run_into(trial: Trial, models: Path | None, method: Method, log_dir: Path | None) -> TrialResult:
+    log = None
+    if log_dir is not None:
+        log = _unfinished(log_path(log_dir, trial.name, trial.seed))
+        log.unlink(missing_ok=True)  # an interrupted evaluation may have left it
+    return run_trial(trial, models, method, log)
+
+
+def run_trial(trial: Trial, models: Path | None, method: Method, log: Path | None = None) -> TrialResult:
+    """Make one run in this process. `log`: a new file for its log. Raises `RecordingError` where there is one."""
     bundle = loaded_bundle(models)
     scene = load_scene(trial.scene)
     robot = SimRobot(scene, trial.seed)
@@ -138,13 +155,10 @@ def run_trial(trial: Trial, models: Path | None, method: Method, log_dir: Path |
     settings = DecisionSettings(scene.target, robot.workspace, method.exploration, method.coordination)
     plan = RunPlan(seed=trial.seed, max_motions=trial.max_motions, goal=trial.goal)
     try:
-        if log_dir is None:
+        if log is None:
             run_loop(robot, bundle, settings, plan, (), progress)
         else:
-            with logged_run(log_path(log_dir, trial.name, trial.seed), robot, bundle, method, plan, progress) as (
-                spoken,
-                watcher,
-            ):
+            with logged_run(log, robot, bundle, method, plan, progress) as (spoken, watcher):
                 run_loop(spoken, bundle, settings, plan, (watcher,), progress)
     except RobotError as error:
         failure = str(error)

@@ -60,9 +60,9 @@ def test_a_task_is_told_by_what_is_run_and_not_by_names(tmp_path: Path):
 
 def test_the_log_of_a_run_is_whole_and_every_decision_in_it_replays(tmp_path: Path):
     trial = Trial("exploration-03", "exploration-03", 3, Goal.FIND, 2)
-    result = run_trial(trial, None, method_named("mechanical-search"), tmp_path)
-    (log,) = tmp_path.iterdir()
-    assert log.name == "exploration-03-3.mcap"
+    log = tmp_path / "exploration-03-3.mcap"
+    result = run_trial(trial, None, method_named("mechanical-search"), log)
+    assert list(tmp_path.iterdir()) == [log]
     assert check_log(log).problems == []
     (run,) = read_runs(log)
     assert (run.start.scene, run.start.seed, run.start.max_motions) == ("exploration-03", 3, 2)
