@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 
 from grasping_invisible.data.progress import bar
 from grasping_invisible.runtime.bundle import load_bundle
@@ -59,7 +60,7 @@ def evaluate(evaluation: Evaluation, workers: int, console: Console) -> list[Tri
         left = [trial for trial in trials if (trial.name, trial.seed) not in done]
         log_dir = _log_folder(evaluation, left)
         tasks = {trial.name: trial.task_sha256 for trial in left}
-        with bar(f"{evaluation.suite}, {measured.name}", len(trials), console, len(done)) as advance:
+        with bar(escape(f"{evaluation.suite}, {measured.name}"), len(trials), console, len(done)) as advance:
             for result in _runs(left, evaluation, workers, log_dir):
                 done[result.scene, result.seed] = result
                 if file is not None:

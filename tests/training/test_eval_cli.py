@@ -51,6 +51,19 @@ def test_a_scene_file_is_measured_logged_compared_and_goes_on(scene: Path, tmp_p
     assert f"of {summary['runs']} runs failed" in capsys.readouterr().out
 
 
+def test_names_are_printed_as_they_are(scene: Path, tmp_path: Path, capsys):
+    scene.write_text(scene.read_text().replace('"lone"', '"[/] [red]a"'))
+    results, suite = tmp_path / "results.jsonl", scene.rename(tmp_path / "s[v2].toml")
+    arguments = ["run", "--suite", str(suite), "--runs", "1", "--workers", "1", "--name", "[b]mine"]
+    assert main([*arguments, "--results", str(results)]) == 0
+    assert main(["compare", str(results), str(results)]) == 0
+    bar_and_table, comparison = (text for text in capsys.readouterr().out.split("1: ", 1))
+    assert bar_and_table.count("s[v2].toml, [b]mine") == 2
+    assert "[/] [red]a" in bar_and_table
+    assert "as [b]mine by" in comparison
+    assert "[/] [red]a" in comparison
+
+
 def test_two_bundles_are_compared_on_the_same_runs(scene: Path, tmp_path: Path, capsys):
     models = ["--models", str(shipped_models()), "--models", str(shipped_models())]
     kept = ["--results", str(tmp_path / "kept"), "--workers", "1", "--json"]
