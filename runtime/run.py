@@ -1,6 +1,5 @@
 """One run of `gi-runtime`, from its request to its exit code: start everything, loop, sum up, end everything."""
 
-import re
 import sys
 import uuid
 from contextlib import ExitStack
@@ -28,7 +27,7 @@ from grasping_invisible.runtime.loop import RunPlan, RunProgress, run_loop
 from grasping_invisible.runtime.recording_watch import RecordingWatch
 from grasping_invisible.runtime.request import RunRequest
 from grasping_invisible.runtime.robot_link import ZenohRobot
-from grasping_invisible.runtime.run_log import RunFacts, RunLog
+from grasping_invisible.runtime.run_log import RunFacts, RunLog, in_file_name
 from grasping_invisible.runtime.sim_process import SimAnnouncement, SimProcess
 from grasping_invisible.runtime.stream import write_line
 from grasping_invisible.runtime.timing import percentile
@@ -137,7 +136,7 @@ class _Run:
 
     def _open_log(self) -> Recorder:
         started = datetime.now().strftime("%Y%m%d-%H%M%S")
-        scene = re.sub(r"[^\w.]+", "-", self._task.scene)  # whatever a scene file calls itself
+        scene = in_file_name(self._task.scene)
         name = f"{started}-{scene}-{self._task.target}-{self._request.seed}-{self._run_id[:6]}.mcap"
         try:
             return Recorder(self._request.log_dir / name, self._request.config.recording)

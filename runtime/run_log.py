@@ -1,5 +1,6 @@
 """Turns what the loop does into messages on the bus. What takes long is done in a thread of its own."""
 
+import re
 import sys
 import time
 from collections.abc import Callable
@@ -37,6 +38,11 @@ from grasping_invisible.runtime.stream import write_line
 from grasping_invisible.runtime.timing import percentile
 
 _VIEW_QUALITY = 88
+
+
+def in_file_name(name: str) -> str:
+    """A name as a part of a file's: whatever a scene file calls itself, it leads to no other folder."""
+    return re.sub(r"[^\w.]+", "-", name)
 
 
 @dataclass(frozen=True)

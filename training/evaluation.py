@@ -1,5 +1,6 @@
 """Measuring a bundle: many seeded runs of a suite of scenes, by the robot's own loop, judged by ground truth."""
 
+import hashlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -13,8 +14,9 @@ from grasping_invisible.runtime.decision import DecisionSettings
 from grasping_invisible.runtime.errors import BadInput, RobotError
 from grasping_invisible.runtime.loop import Goal, RunPlan, RunProgress, run_loop
 from grasping_invisible.runtime.perception import MIN_TARGET_PIXELS
+from grasping_invisible.runtime.run_log import in_file_name
 from grasping_invisible.sim_robot.robot import SimRobot
-from grasping_invisible.sim_robot.scene import load_scene, scene_names
+from grasping_invisible.sim_robot.scene import Scene, load_scene, scene_names
 from grasping_invisible.training.evaluation_log import logged_run
 from grasping_invisible.training.evaluation_methods import Method
 from grasping_invisible.training.worker import loaded_bundle
@@ -25,13 +27,17 @@ SEEDS_APART = 1000  # between the first seeds of two evaluations: no run is in b
 
 @dataclass(frozen=True)
 class Trial:
-    """One run to make: a scene's name or file, its own name, a seed, what counts, and how many motions it may take."""
+    """One run to make: a scene's name or file, its own name, a seed, what counts, and how many motions it may take.
+
+    `task_sha256`: of all of that but names and seed, and of what the scene holds; see `task_sha256_of`.
+    """
 
     scene: str
     name: str
     seed: int
     goal: Goal
     max_motions: int
+    task_sha256: str | None = None
 
 
 class TrialResult(msgspec.Struct, frozen=True):
@@ -66,9 +72,28 @@ def trials_of(suite: str, runs: int, seed: int) -> list[Trial]:
         finding = scene.task == "exploration" and suite != "invisible"
         goal = Goal.FIND if finding else Goal.GRASP
         motions = scene.motions_to_grasp if suite == "invisible" else scene.max_motions
+        task = task_sha256_of(scene, goal, motions)
         first = seed * SEEDS_APART
-        trials += [Trial(source, scene.name, run_seed, goal, motions) for run_seed in range(first, first + runs)]
+        trials += [Trial(source, scene.name, run_seed, goal, motions, task) for run_seed in range(first, first + runs)]
     return trials
+
+
+def task_sha256_of(scene: Scene, goal: Goal, max_motions: int) -> str:
+    """A hash of what all runs of a scene have in common: target, objects, meshes by what is in them, goal, motions.
+
+    Raises `BadInput` for a mesh that cannot be read.
+    """
+    objects = [
+        msgspec.structs.replace(item, mesh=None if item.mesh is None else _sha256(item.mesh)) for item in scene.objects
+    ]
+    return hashlib.sha256(msgspec.json.encode((scene.target, objects, goal.name, max_motions))).hexdigest()
+
+
+def _sha256(mesh: str) -> str:
+    try:
+        return hashlib.sha256(Path(mesh).read_bytes()).hexdigest()
+    except (OSError, ValueError) as error:
+        raise BadInput(f"mesh {mesh} cannot be read: {error}") from None
 
 
 def _sources_of(suite: str) -> list[str]:
@@ -91,16 +116,38 @@ def run_trials(
 ) -> Iterator[TrialResult]:
     """Make the runs in `workers` processes; yields each result when it is there, in no particular order.
 
-    `log_dir`: where each run leaves a log, if anywhere.
+    `log_dir`: where each run leaves a log, if anywhere. A log gets its name only when its result is here, so that one
+    of that name is never of a run that has to be made again.
     """
-    run = partial(run_trial, models=models, method=method, log_dir=log_dir)
+    run = partial(_run_into, models=models, method=method, log_dir=log_dir)
     # Spawned: a fork would share PyBullet's and ONNX Runtime's threads. Leaving the pool ends its processes.
     with get_context("spawn").Pool(workers, initializer=prepare_worker) as pool:
-        yield from pool.imap_unordered(run, trials)
+        for result in pool.imap_unordered(run, trials):
+            if log_dir is not None:
+                log = log_path(log_dir, result.scene, result.seed)
+                _unfinished(log).rename(log)
+            yield result
 
 
-def run_trial(trial: Trial, models: Path | None, method: Method, log_dir: Path | None = None) -> TrialResult:
-    """Make one run in this process."""
+def log_path(folder: Path, scene: str, seed: int) -> Path:
+    """Where a run leaves its log."""
+    return folder / f"{in_file_name(scene)}-{seed}.mcap"
+
+
+def _unfinished(log: Path) -> Path:
+    return log.with_suffix(".partial")
+
+
+def _run_into(trial: Trial, models: Path | None, method: Method, log_dir: Path | None) -> TrialResult:
+    log = None
+    if log_dir is not None:
+        log = _unfinished(log_path(log_dir, trial.name, trial.seed))
+        log.unlink(missing_ok=True)  # an interrupted evaluation may have left it
+    return run_trial(trial, models, method, log)
+
+
+def run_trial(trial: Trial, models: Path | None, method: Method, log: Path | None = None) -> TrialResult:
+    """Make one run in this process. `log`: a new file for its log. Raises `RecordingError` where there is one."""
     bundle = loaded_bundle(models)
     scene = load_scene(trial.scene)
     robot = SimRobot(scene, trial.seed)
@@ -108,10 +155,9 @@ def run_trial(trial: Trial, models: Path | None, method: Method, log_dir: Path |
     settings = DecisionSettings(scene.target, robot.workspace, method.exploration, method.coordination)
     plan = RunPlan(seed=trial.seed, max_motions=trial.max_motions, goal=trial.goal)
     try:
-        if log_dir is None:
+        if log is None:
             run_loop(robot, bundle, settings, plan, (), progress)
         else:
-            log = log_dir / f"{trial.name}-{trial.seed}.mcap"
             with logged_run(log, robot, bundle, method, plan, progress) as (spoken, watcher):
                 run_loop(spoken, bundle, settings, plan, (watcher,), progress)
     except RobotError as error:

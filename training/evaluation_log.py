@@ -38,13 +38,11 @@ class FilmedRobot(SpokenRobot):
 def logged_run(
     path: Path, robot: SimRobot, bundle: ModelBundle, method: Method, plan: RunPlan, progress: RunProgress
 ) -> Iterator[tuple[Robot, Watcher]]:
-    """A robot and a watcher that leave the log of a run at `path`, in the place of one that was there.
+    """A robot and a watcher that leave the log of a run at `path`.
 
-    The log is there once it is complete. Raises `OSError` where it cannot be written.
+    Raises `RecordingError` where a log is there already, and `OSError` where this one cannot be written.
     """
-    unfinished = path.with_suffix(".partial")
-    unfinished.unlink(missing_ok=True)
-    recorder = Recorder(unfinished)
+    recorder = Recorder(path)
     bus = Bus(sinks=(recorder,))
     scene = robot.scene
     facts = RunFacts(
@@ -74,7 +72,6 @@ def logged_run(
         recorder.close()
         if recorder.failure is not None:
             raise OSError(recorder.failure)
-        unfinished.replace(path)
 
 
 def _end_of(plan: RunPlan, progress: RunProgress) -> str:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
 
+from grasping_invisible.data.clock import to_ns
 from grasping_invisible.data.log_reader import read_messages
 from grasping_invisible.data.log_storage import parts_of
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
@@ -38,12 +39,23 @@ class Cause(Enum):
 
 @dataclass(frozen=True)
 class Run:
-    """A run as logged. `summary`: None where the log ends before the run."""
+    """A run as logged. `summary`: None where the log ends before the run. `damaged`: the log is."""
 
     path: Path
     start: gi.RunStart
     steps: tuple[LoggedStep, ...]
     summary: gi.RunSummary | None
+    damaged: bool = False
+
+    @property
+    def key(self) -> tuple[str, int]:
+        """What copies of a run have in common; evaluations call runs by scene and seed alone."""
+        return self.start.run_id, to_ns(self.start.stamp)
+
+    @property
+    def wholeness(self) -> tuple[bool, bool, int]:
+        """Of two copies of a run the greater one holds more of it."""
+        return not self.damaged, self.summary is not None, len(self.steps)
 
     @property
     def last_truth(self) -> gi.TruthState | None:
@@ -74,8 +86,12 @@ class Failure:
     step: LoggedStep | None
 
 
-def read_runs(path: Path) -> Iterator[Run]:
-    """The runs of a log, without Q maps, which say nothing here and weigh most. Raises `BadLog`."""
+def read_runs(path: Path, damage: list[str] | None = None) -> Iterator[Run]:
+    """The runs of a log, without Q maps, which say nothing here and weigh most. Raises `BadLog`.
+
+    `damage`, if given, takes a line for everything wrong, before the first run.
+    """
+    damage = [] if damage is None else damage
     summaries = {
         logged.message.run_id: logged.message
         for part in parts_of(path)
@@ -83,13 +99,13 @@ def read_runs(path: Path) -> Iterator[Run]:
         if isinstance(logged.message, gi.RunSummary)
     }
     of_run: dict[str, list[LoggedStep]] = {}
-    for step in steps(path):
+    for step in steps(path, damage=damage):
         if step.start is not None:
             of_run.setdefault(step.start.run_id, []).append(replace(step, q_maps=None))
     for run_id, of_this in of_run.items():
         start = of_this[0].start
         assert start is not None
-        yield Run(path, start, tuple(of_this), summaries.get(run_id))
+        yield Run(path, start, tuple(of_this), summaries.get(run_id), bool(damage))
 
 
 def failure_of(run: Run) -> Failure | None:

@@ -21,6 +21,7 @@ from grasping_invisible.data.steps import LoggedStep
 from grasping_invisible.data.topics import COLOR_IMAGE
 from grasping_invisible.training.failed_motions import Fault, fault_of, maps_of
 from grasping_invisible.training.failed_runs import Cause, Failure, Run
+from grasping_invisible.training.result_tables import cell
 
 _GROUP = tuple[str, str]  # suite and method
 DPI = 110
@@ -66,7 +67,7 @@ def _causes(failures: Sequence[Failure]) -> str:
     lines = ["| cause | runs | for example |", "|---|---|---|"]
     for cause, count in sorted(counts.items(), key=lambda item: (-item[1], item[0].value)):
         example = next(failure.run for failure in failures if failure.cause is cause)
-        lines.append(f"| {cause.value} | {count} | {example.start.scene}, seed {example.start.seed} |")
+        lines.append(f"| {cause.value} | {count} | {cell(example.start.scene)}, seed {example.start.seed} |")
     return "\n".join(lines)
 
 

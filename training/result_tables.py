@@ -8,7 +8,7 @@ from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.training.evaluation_methods import METHODS, OURS
 from grasping_invisible.training.evaluation_summary import Rates, rates_by_scene, rates_of
 from grasping_invisible.training.paper_figures import TABLES, PaperRow, PaperTable
-from grasping_invisible.training.stored_results import StoredResult
+from grasping_invisible.training.stored_results import StoredResult, check_counted_once
 
 NONE = "\N{EN DASH}"  # in a cell
 
@@ -76,6 +76,11 @@ def markdown(tables: Sequence[ResultTable]) -> str:
     return "\n\n".join(parts) + "\n"
 
 
+def cell(name: str) -> str:
+    """A name in a table's cell, which a bar or a line's end would end."""
+    return " ".join(name.splitlines()).replace("|", "\\|")
+
+
 def _row_name(stored: StoredResult) -> str:
     """The name in tables; whatever is the same as ours is called so."""
     measured = stored.measured
@@ -92,9 +97,8 @@ def _row(key: tuple[str, str], stored: list[StoredResult]) -> Row:
         raise BadInput(
             f"{name} on {suite} was measured with several bundles ({known}); tell them apart with run --name"
         )
+    check_counted_once(stored, f"{name} on {suite}")
     results = [item.result for item in stored]
-    if len({(item.scene, item.seed) for item in results}) < len(results):
-        raise BadInput(f"the results hold a run of {name} on {suite} twice; give each file once")
     return Row(
         name,
         rates_of(results),
@@ -124,7 +128,7 @@ def _beside_the_paper(table: ResultTable) -> str:
     for row in table.rows:
         rates = row.overall
         lines.append(
-            f"| {table.paper.titled(row.name)} | {rates.runs} | {_success(rates)} | {_motions(rates)} "
+            f"| {cell(table.paper.titled(row.name))} | {rates.runs} | {_success(rates)} | {_motions(rates)} "
             f"| {rates.motions_std:.2f} | {_paper_cells(paper.get(row.name))} |"
         )
     return "\n".join(lines)
@@ -138,14 +142,14 @@ def _paper_cells(row: PaperRow | None) -> str:
 
 
 def _by_scene(table: ResultTable) -> str:
-    header = " | ".join(table.paper.titled(row.name) for row in table.rows)
+    header = " | ".join(cell(table.paper.titled(row.name)) for row in table.rows)
     lines = [f"| success, motions | {header} |", "|---" * (len(table.rows) + 1) + "|"]
     for scene in table.scenes:
         cells = (row.scenes.get(scene) for row in table.rows)
         written = " | ".join(
             NONE if rates is None else f"{rates.success_rate:.0%}, {rates.motions_mean:.2f}" for rates in cells
         )
-        lines.append(f"| {scene} | {written} |")
+        lines.append(f"| {cell(scene)} | {written} |")
     return "\n".join(lines)
 
 
@@ -162,7 +166,7 @@ def _origins(tables: Sequence[ResultTable]) -> str:
             told.add((table.paper.suite, row.name))
             commits = ", ".join(_short(commit) for commit in row.commits)
             lines.append(
-                f"| {table.paper.suite} | {row.name} | {row.overall.runs} | {row.seeds[0]} to {row.seeds[-1]} "
+                f"| {table.paper.suite} | {cell(row.name)} | {row.overall.runs} | {row.seeds[0]} to {row.seeds[-1]} "
                 f"| {row.overall.found_truth_rate:.0%} | `{row.bundle_sha256[:12]}` | `{commits}` |"
             )
     return "\n".join(lines)

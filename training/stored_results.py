@@ -28,26 +28,35 @@ class Measured(msgspec.Struct, frozen=True):
 
 
 class StoredResult(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One run's result. `source_commit`, `project_version`: of what made the run."""
+    """One run's result. `source_commit`, `project_version`: of what made the run.
+
+    `task_sha256`: of what was run, as `Trial` has it; None where it was made before that was kept.
+    """
 
     measured: Measured
     source_commit: str
     project_version: str
+    task_sha256: str | None = None
     result: TrialResult
+
+    def is_of_another(self, trial: Trial) -> bool:
+        """Whether it is of a scene of that name as it was before it changed."""
+        return self.result.max_motions != trial.max_motions or self.task_sha256 not in (None, trial.task_sha256)
 
 
 Key = tuple[str, int]  # scene and seed
+_BEGINNING = b'{"measured":'  # of every line
 
 
 class ResultsFile:
     """The results of one evaluation, kept as they come; an interrupted evaluation goes on from them.
 
     One process at a time has it open, until `close`. Raises `BadInput` where another has, or where the file holds
-    results of anything else.
+    results of anything else, or something else altogether.
     """
 
     def __init__(self, path: Path, measured: Measured) -> None:
-        self._measured = measured
+        self._path, self._measured = path, measured
         self._commit, self._version = source_commit(), version("grasping-invisible")
         path.parent.mkdir(parents=True, exist_ok=True)
         self._file = path.open("ab")
@@ -73,14 +82,30 @@ class ResultsFile:
         self.close()
 
     def of(self, trials: Iterable[Trial]) -> dict[Key, TrialResult]:
-        """The results of these runs that are there."""
-        keys = ((trial.name, trial.seed) for trial in trials)
-        return {key: self._results[key] for key in keys if key in self._results}
+        """The results of these runs that are there.
 
-    def add(self, result: TrialResult) -> None:
-        """Keep one more result."""
+        Raises `BadInput` where any run of their scenes, of whichever seed, was of another content, goal or allowance:
+        one file never holds both.
+        """
+        trials = list(trials)
+        of_scene = {trial.name: trial for trial in trials}
+        for stored in self._results.values():
+            trial = of_scene.get(stored.result.scene)
+            if trial is not None and stored.is_of_another(trial):
+                raise BadInput(
+                    f"{self._path} holds results of {trial.name!r} as it was before it changed; name another file"
+                )
+        keys = ((trial.name, trial.seed) for trial in trials)
+        return {key: self._results[key].result for key in keys if key in self._results}
+
+    def add(self, result: TrialResult, task_sha256: str | None = None) -> None:
+        """Keep one more result. `task_sha256`: that of its trial."""
         stored = StoredResult(
-            measured=self._measured, source_commit=self._commit, project_version=self._version, result=result
+            measured=self._measured,
+            source_commit=self._commit,
+            project_version=self._version,
+            task_sha256=task_sha256,
+            result=result,
         )
         self._file.write(msgspec.json.encode(stored) + b"\n")
         self._file.flush()
@@ -88,10 +113,7 @@ class ResultsFile:
 
 def read_results(path: Path) -> list[StoredResult]:
     """All results in a file. Raises `BadInput`, or `OSError` where it cannot be read."""
-    try:
-        return [msgspec.json.decode(line, type=StoredResult) for line in path.read_bytes().splitlines()]
-    except msgspec.DecodeError as error:
-        raise BadInput(f"{path} does not hold results of gi-eval run: {error}") from None
+    return _decoded(path.read_bytes(), path)
 
 
 def read_all_results(paths: Iterable[Path]) -> list[StoredResult]:
@@ -99,19 +121,31 @@ def read_all_results(paths: Iterable[Path]) -> list[StoredResult]:
     return [item for file in files_at(paths, "results", "*.jsonl") for item in read_results(file)]
 
 
-def _results_of(path: Path, measured: Measured) -> dict[Key, TrialResult]:
-    _drop_cut_line(path)
-    results = {}
-    for stored in read_results(path):
-        if stored.measured != measured:
-            raise BadInput(f"{path} holds results of {stored.measured}, this is {measured}; name another file")
-        results[stored.result.scene, stored.result.seed] = stored.result
-    return results
+def check_counted_once(stored: Iterable[StoredResult], what: str) -> None:
+    """Raises `BadInput` where a scene and seed come twice in the results of `what`."""
+    keys = [(item.result.scene, item.result.seed) for item in stored]
+    if len(set(keys)) < len(keys):
+        raise BadInput(f"the results hold a run of {what} twice; give each file once")
 
 
-def _drop_cut_line(path: Path) -> None:
-    """A kill may have left half a line at the end."""
+def _results_of(path: Path, measured: Measured) -> dict[Key, StoredResult]:
+    """The results in a file, without half a line that a kill left at its end. A file that is refused stays as it is."""
     data = path.read_bytes()
     whole = data[: data.rfind(b"\n") + 1]
-    if whole != data:
+    cut = data[len(whole) :]
+    stored = _decoded(whole, path)
+    for item in stored:
+        if item.measured != measured:
+            raise BadInput(f"{path} holds results of {item.measured}, this is {measured}; name another file")
+    if cut and not stored and not cut.startswith(_BEGINNING[: len(cut)]):
+        raise BadInput(f"{path} does not hold results of gi-eval run; name another file")
+    if cut:
         os.truncate(path, len(whole))
+    return {(item.result.scene, item.result.seed): item for item in stored}
+
+
+def _decoded(lines: bytes, path: Path) -> list[StoredResult]:
+    try:
+        return [msgspec.json.decode(line, type=StoredResult) for line in lines.splitlines()]
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise BadInput(f"{path} does not hold results of gi-eval run: {error}") from None

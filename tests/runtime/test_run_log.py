@@ -13,7 +13,7 @@ from grasping_invisible.runtime import run_log
 from grasping_invisible.runtime.bus import Bus
 from grasping_invisible.runtime.decision import DecisionSettings
 from grasping_invisible.runtime.loop import RunPlan, run_loop
-from grasping_invisible.runtime.run_log import RunFacts, RunLog
+from grasping_invisible.runtime.run_log import RunFacts, RunLog, in_file_name
 
 FACTS = RunFacts(
     run_id="r",
@@ -111,3 +111,8 @@ def test_the_log_reads_back_as_steps(heard: Heard, tmp_path: Path) -> None:
     for step in logged:
         present: list[Message | None] = [step.heightmaps, step.next_heightmaps, step.q_maps, step.result, step.start]
         assert all(part is not None for part in present)
+
+
+@pytest.mark.parametrize(("name", "safe"), [("table-1.v2", "table-1.v2"), ("../../a b", "..-..-a-b"), ("ü[/]", "ü-")])
+def test_a_name_in_a_file_name_leads_to_no_other_folder(name: str, safe: str) -> None:
+    assert in_file_name(name) == safe

@@ -57,6 +57,13 @@ def test_results_of_other_bundles_alone_are_refused_and_leave_the_manifest(bundl
     assert read_manifest(bundle) == before
 
 
+def test_a_run_that_comes_twice_is_refused_and_leaves_the_manifest(bundle: Path, stored):
+    before = read_manifest(bundle)
+    with pytest.raises(BadInput, match="hold a run of ours on coordination twice"):
+        note_evaluations(bundle, stored("coordination", [True, False]) * 2)
+    assert read_manifest(bundle) == before
+
+
 def test_the_shipped_bundle_says_what_it_scored():
     suites = {item.suite for item in read_manifest(shipped_models()).evaluations if item.method == "ours"}
     assert suites == {"coordination", "exploration", "invisible"}

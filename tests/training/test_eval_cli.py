@@ -5,6 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from grasping_invisible.data.log_reader import read_messages
+from grasping_invisible.data.recorder import Recorder, RecordingSettings
+from grasping_invisible.data.topics import BY_KEY
 from grasping_invisible.runtime.bundle import shipped_models
 from grasping_invisible.sim_robot.scene import Scene, SceneObject, save_scene
 from grasping_invisible.training.eval_cli import main
@@ -32,6 +35,12 @@ def test_a_scene_file_is_measured_logged_compared_and_goes_on(scene: Path, tmp_p
     assert results.read_text() == kept
     assert json.loads(capsys.readouterr().out.splitlines()[-1]) == summary
 
+    as_it_was = scene.read_text()
+    scene.write_text(as_it_was.replace("red", "blue"))
+    assert main(arguments) == 2
+    assert "holds results of 'lone' as it was before it changed" in capsys.readouterr().err
+    scene.write_text(as_it_was)
+
     assert main([*arguments, "--method", "rand"]) == 2
     assert "holds results of ours by bundle" in capsys.readouterr().err
 
@@ -43,6 +52,45 @@ def test_a_scene_file_is_measured_logged_compared_and_goes_on(scene: Path, tmp_p
     assert main(["failures", str(tmp_path / "logs"), "--out", str(tmp_path / "why")]) == 0
     assert "## lone: explorer, coordinator" in (tmp_path / "why" / "failures.md").read_text()
     assert f"of {summary['runs']} runs failed" in capsys.readouterr().out
+
+
+def test_names_are_printed_as_they_are(scene: Path, tmp_path: Path, capsys):
+    scene.write_text(scene.read_text().replace('"lone"', '"[/] [red]a"'))
+    results, suite = tmp_path / "results.jsonl", scene.rename(tmp_path / "s[v2].toml")
+    arguments = ["run", "--suite", str(suite), "--runs", "1", "--workers", "1", "--name", "[b]mine"]
+    assert main([*arguments, "--results", str(results)]) == 0
+    assert main(["compare", str(results), str(results)]) == 0
+    bar_and_table, comparison = (text for text in capsys.readouterr().out.split("1: ", 1))
+    assert bar_and_table.count("s[v2].toml, [b]mine") == 2
+    assert "[/] [red]a" in bar_and_table
+    assert "as [b]mine by" in comparison
+    assert "[/] [red]a" in comparison
+
+
+def test_copies_of_a_log_are_one_run_and_its_damage_is_said(scene: Path, tmp_path: Path, capsys):
+    logs = tmp_path / "logs"
+    assert main(["run", "--suite", str(scene), "--runs", "1", "--workers", "1", "--log-dir", str(logs)]) == 0
+    (log,) = logs.rglob("*.mcap")
+    whole = log.read_bytes()
+    (logs / "a_cut_copy.mcap").write_bytes(whole[: len(whole) * 2 // 3])
+    (logs / "text.mcap").write_text("no log")
+    with Recorder(logs / "in_parts.mcap", RecordingSettings(part_bytes=len(whole) // 4)) as recorder:
+        for logged in read_messages(log):
+            recorder.put(BY_KEY[logged.topic], logged.message.SerializeToString(), logged.log_time_ns)
+    assert (logs / "in_parts.001.mcap").exists()
+
+    capsys.readouterr()
+    assert main(["failures", str(logs), "--out", str(tmp_path / "why")]) == 0
+    said = capsys.readouterr()
+    assert "of 1 runs failed" in said.out
+    assert "the robot, the link or the physics failed" not in said.out
+    complaints = said.err.replace("\n", "")
+    assert complaints.count("damaged: ") == 1
+    assert "a_cut_copy.mcap" in complaints
+    assert complaints.count("left out: ") == 1
+
+    assert main(["failures", str(logs / "a_cut_copy.mcap"), "--out", str(tmp_path / "why")]) == 0
+    assert "damaged: " in capsys.readouterr().err
 
 
 def test_two_bundles_are_compared_on_the_same_runs(scene: Path, tmp_path: Path, capsys):
@@ -75,8 +123,8 @@ def test_tables_of_stored_results(results_file, result_of, tmp_path: Path, capsy
         (["compare", "one.jsonl", "two.jsonl"], "one.jsonl"),
         (["tables", ".", "--out", "out"], "holds no results"),
         (["note", "."], "holds no results"),
-        (["failures", ".", "--out", "out"], "holds no logs"),
-        (["failures", "no.mcap", "--out", "out"], "no run with a decision"),
+        (["failures", ".", "--out", "out"], "no .mcap logs in ."),
+        (["failures", "no.mcap", "--out", "out"], "no.mcap does not exist"),
         (["protocol", "--models", "nowhere", "--out", "out"], "no model bundle"),
     ],
 )

@@ -101,7 +101,7 @@ def test_a_real_run_that_has_to_fail(tmp_path: Path):
     slab = SceneObject(mesh=str(_slab(tmp_path)), color="red", position=(0.0, 0.0, 0.02))
     save_scene(Scene(name="slab", target="red", max_motions=2, objects=(slab,)), tmp_path / "slab.toml")
     trial = Trial(str(tmp_path / "slab.toml"), "slab", 0, Goal.GRASP, 2)
-    result = run_trial(trial, None, METHODS["ours"], tmp_path)
+    result = run_trial(trial, None, METHODS["ours"], tmp_path / "slab-0.mcap")
     assert not result.success
     (run,) = read_runs(tmp_path / "slab-0.mcap")
     assert len(run.steps) == 2

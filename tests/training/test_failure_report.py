@@ -35,6 +35,11 @@ def test_causes_and_motions_are_counted_for_each_suite_and_method(steps):
     )
 
 
+def test_a_bar_in_a_scenes_name_ends_no_cell(steps):
+    steps.start.scene = "a|b"
+    assert "| 2 | a\\|b, seed 4 |" in failure_tables(runs_of(steps))
+
+
 def test_the_sheet_has_a_row_for_each_cause_and_is_the_same_again(steps, tmp_path: Path):
     steps.path = tmp_path / "run.mcap"
     with Recorder(steps.path) as recorder:

@@ -39,6 +39,15 @@ def test_rows_stand_in_the_papers_order_beside_its_figures(stored):
     assert markdown(result_tables(stored(ours=9, rand=2, mechanical_search=5)[::-1])) == text
 
 
+def test_a_bar_in_a_name_ends_no_cell(results_file, result_of):
+    file = results_file("coordination", "ours", [result_of("a|b", 0, True, 2)], name="x|y")
+    text = markdown(result_tables(read_results(file)))
+    assert "| x\\|y | 1 |" in text
+    assert "| success, motions | x\\|y |" in text
+    assert "| a\\|b | 100%, 2.00 |" in text
+    assert "| coordination | x\\|y | 1 |" in text
+
+
 def test_a_name_that_is_the_same_as_ours_is_ours(stored):
     (table,) = result_tables(stored(coordinator=9))
     assert [row.name for row in table.rows] == ["ours"]

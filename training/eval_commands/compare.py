@@ -5,6 +5,7 @@ from pathlib import Path
 
 import msgspec
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from grasping_invisible.runtime.errors import BadInput
@@ -78,14 +79,14 @@ def _measured(options: argparse.Namespace, console: Console) -> list[tuple[Measu
 
 def _table(comparison: Comparison) -> Table:
     table = Table(
-        title=f"1: {comparison.first}\n2: {comparison.second}",
+        title=escape(f"1: {comparison.first}\n2: {comparison.second}"),
         caption=f"{comparison.overall.pairs} pairs of runs: {comparison.verdict}"
         + (f"; {comparison.unpaired} runs have no counterpart" if comparison.unpaired else ""),
     )
     for name in ("scene", "pairs", "success 1", "success 2", "difference, 95 %", "motions 1", "2", "difference, 95 %"):
         table.add_column(name, justify="left" if name == "scene" else "right")
     for scene, pairs in comparison.scenes.items():
-        table.add_row(scene, *_cells(pairs))
+        table.add_row(escape(scene), *_cells(pairs))
     table.add_section()
     table.add_row("all", *_cells(comparison.overall))
     return table

@@ -7,10 +7,10 @@ from pathlib import Path
 from rich.console import Console
 
 from grasping_invisible.data.errors import BadLog
+from grasping_invisible.data.log_files import logs_at
 from grasping_invisible.data.progress import bar
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.training.failed_runs import Failure, Run, failure_of, read_runs
-from grasping_invisible.training.given_files import files_at
 
 
 def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -26,27 +26,19 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
 
 
 def run(options: argparse.Namespace) -> None:
-    """Write the tables and the pictures. Raises `BadInput`."""
+    """Write the tables and the pictures. Raises `BadInput` or `BadRequest`."""
     write_failures(options.logs, options.out, Console(stderr=True))
 
 
 def write_failures(logs: list[Path], out: Path, console: Console) -> None:
-    """Read logs, and folders of them, and write why their runs failed. Raises `BadInput`."""
+    """Read logs, and folders of them, and write why their runs failed. Raises `BadInput` or `BadRequest`."""
     # It takes a second to import, which other commands need not wait for.
     from grasping_invisible.training.failure_report import draw_failures, failure_tables
 
-    runs: list[tuple[Run, Failure | None]] = []
-    unreadable: list[str] = []
-    files = files_at(logs, "logs", "**/*.mcap")
-    with bar("reading logs", len(files), console) as advance:
-        for file in files:
-            try:
-                runs += [_looked_into(one) for one in read_runs(file)]
-            except BadLog as error:
-                unreadable.append(str(error))
-            advance()
-    for line in unreadable:
-        console.print(f"left out: {line}", highlight=False)
+    complaints: list[str] = []
+    runs = _read(logs_at(logs), complaints, console)
+    for line in complaints:
+        console.print(line, highlight=False, markup=False)
     if not runs:
         raise BadInput("these logs hold no run with a decision")
     text = failure_tables(runs)
@@ -56,7 +48,24 @@ def write_failures(logs: list[Path], out: Path, console: Console) -> None:
     print(text)
 
 
-def _looked_into(run: Run) -> tuple[Run, Failure | None]:
-    """A run and its failure; of one that did not fail, nothing else is wanted."""
-    failure = failure_of(run)
-    return (replace(run, steps=()) if failure is None else run), failure
+def _read(files: list[Path], complaints: list[str], console: Console) -> list[tuple[Run, Failure | None]]:
+    """Each run once, however many copies of it there are, with its failure; of one that did not fail, nothing else.
+
+    `complaints` takes a line for each log that cannot be read or is damaged.
+    """
+    found: dict[tuple[str, int], tuple[tuple[bool, bool, int], Run, Failure | None]] = {}
+    with bar("reading logs", len(files), console) as advance:
+        for file in files:
+            damage: list[str] = []
+            try:
+                for run in read_runs(file, damage):
+                    if run.key not in found or run.wholeness > found[run.key][0]:
+                        failure = failure_of(run)
+                        kept = replace(run, steps=()) if failure is None else run
+                        found[run.key] = run.wholeness, kept, failure
+            except BadLog as error:
+                complaints.append(f"left out: {error}")
+            if damage:
+                complaints.append(f"damaged: {file}: {damage[0]}")
+            advance()
+    return [(run, failure) for _, run, failure in found.values()]

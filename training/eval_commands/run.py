@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 
 import msgspec
+from rich.markup import escape
 from rich.table import Table
 
 from grasping_invisible.training.eval_commands.options import (
@@ -51,19 +52,19 @@ def run(options: argparse.Namespace) -> None:
 
 def _table(summary: Summary) -> Table:
     table = Table(
-        title=f"{summary.suite}, {summary.name}: {success(summary)}, "
+        title=f"{escape(f'{summary.suite}, {summary.name}')}: {success(summary)}, "
         f"{number(summary.motions_mean, summary.motions_interval)} motions"
     )
     for name in ("scene", "runs", "success, 95 %", "motions, 95 %", "in view by ground truth"):
         table.add_column(name, justify="left" if name == "scene" else "right")
     for scene, rates in summary.scenes.items():
         table.add_row(
-            scene,
+            escape(scene),
             str(rates.runs),
             success(rates),
             number(rates.motions_mean, rates.motions_interval),
             f"{rates.found_truth_rate:.0%}",
         )
     for failure, count in summary.failures.items():
-        table.caption = f"{table.caption or ''}{count} cut short: {failure}\n"
+        table.caption = f"{table.caption or ''}{count} cut short: {escape(failure)}\n"
     return table
