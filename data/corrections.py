@@ -14,6 +14,7 @@ import msgspec
 from grasping_invisible.data.classes import GREY, TARGET_COLORS
 from grasping_invisible.data.errors import BadRequest, DataError
 from grasping_invisible.data.log_storage import log_name
+from grasping_invisible.data.regular_file import open_regular
 
 NOTHING = "nothing"
 COLUMNS = ("run_id", "step", "field", "value", "by", "note")
@@ -57,10 +58,11 @@ class Corrections:
     """The corrections of one log, of which a later one of the same field and step overrides an earlier one."""
 
     def __init__(self, log: Path) -> None:
-        """Read those beside `log`; there may be none. Raises `BadCorrections`."""
+        """Read those beside `log`; there may be none. Raises `BadCorrections`, `OSError`."""
         self.path = corrections_path(log)
         try:
-            data = self.path.read_bytes()
+            with open_regular(self.path) as file:
+                data = file.read()
         except FileNotFoundError:
             data = b""
         self.sha256 = hashlib.sha256(data).hexdigest() if data.strip() else ""

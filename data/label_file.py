@@ -10,6 +10,7 @@ from grasping_invisible.data.corrections import Corrections
 from grasping_invisible.data.labelled_steps import LabelledStep, labelled_steps
 from grasping_invisible.data.labels import RULES, StepLabel
 from grasping_invisible.data.log_storage import log_name
+from grasping_invisible.data.regular_file import open_regular
 
 FORMAT = 1
 
@@ -92,7 +93,8 @@ def _line(content: msgspec.Struct) -> bytes:
 def _read(path: Path) -> dict[tuple[str, int], dict[str, Any]] | None:
     """The labels by run and step; None where there is no file that can be compared with."""
     try:
-        lines = [msgspec.json.decode(line) for line in path.read_bytes().splitlines()[1:]]
+        with open_regular(path) as file:
+            lines = [msgspec.json.decode(line) for line in file.read().splitlines()[1:]]
         return {(line["run_id"], line["label"]["step"]): line["label"] for line in lines}
     except (FileNotFoundError, msgspec.DecodeError, KeyError, TypeError):
         return None

@@ -14,6 +14,7 @@ from mcap_protobuf.decoder import DecoderFactory
 
 from grasping_invisible.data.errors import BadLog
 from grasping_invisible.data.mcap_scan import McapScan
+from grasping_invisible.data.regular_file import open_regular
 from grasping_invisible.data.topics import BY_KEY
 
 _DAMAGE_LINES = 100  # a ruined log says the same over and over
@@ -146,7 +147,7 @@ class LogReader:
 
     def _open(self) -> BinaryIO:
         try:
-            return self.path.open("rb")
+            return open_regular(self.path)
         except OSError as error:
             raise BadLog(f"cannot read log {self.path}: {error.strerror}") from None
 

@@ -1,6 +1,7 @@
 """Where the parts of a rotated log lie, and how a folder of logs is kept within a budget."""
 
 import re
+import stat
 from pathlib import Path
 
 from grasping_invisible.data.log_file import is_being_written
@@ -59,4 +60,4 @@ def _stat(path: Path) -> tuple[int, int] | None:
         status = path.stat()
     except OSError:
         return None
-    return status.st_mtime_ns, status.st_size
+    return (status.st_mtime_ns, status.st_size) if stat.S_ISREG(status.st_mode) else None
