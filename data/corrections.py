@@ -13,7 +13,7 @@ import msgspec
 
 from grasping_invisible.data.classes import GREY, TARGET_COLORS
 from grasping_invisible.data.errors import BadRequest, DataError
-from grasping_invisible.data.log_storage import log_name
+from grasping_invisible.data.log_storage import first_part
 from grasping_invisible.data.regular_file import open_regular
 
 NOTHING = "nothing"
@@ -51,7 +51,7 @@ class StepCorrection(msgspec.Struct, frozen=True):
 
 def corrections_path(log: Path) -> Path:
     """Where corrections of a log lie: `run.corrections.csv` beside `run.mcap`, for all its parts."""
-    return log.with_name(f"{log_name(log)}.corrections.csv")
+    return first_part(log).with_suffix(".corrections.csv")
 
 
 class Corrections:

@@ -9,7 +9,7 @@ import msgspec
 from grasping_invisible.data.corrections import Corrections
 from grasping_invisible.data.labelled_steps import LabelledStep, labelled_steps
 from grasping_invisible.data.labels import RULES, StepLabel
-from grasping_invisible.data.log_storage import log_name
+from grasping_invisible.data.log_storage import first_part
 from grasping_invisible.data.regular_file import open_regular
 
 FORMAT = 1
@@ -49,7 +49,7 @@ class Relabelling(msgspec.Struct, frozen=True):
 
 def labels_path(log: Path) -> Path:
     """Where the labels of a log lie, for all its parts."""
-    return log.with_name(f"{log_name(log)}.labels.jsonl")
+    return first_part(log).with_suffix(".labels.jsonl")
 
 
 def relabel(log: Path) -> Relabelling:

@@ -28,6 +28,12 @@ def log_name(path: Path) -> str:
     return _LATER_PART.sub("", path.stem)
 
 
+def first_part(path: Path) -> Path:
+    """Where the log begins that a file is a part of: without a `run.mcap`, `run.001.mcap` is a log of its own."""
+    first = path.with_name(log_name(path) + SUFFIX)
+    return first if path.suffix == SUFFIX and first.exists() else path
+
+
 def keep_within(folder: Path, budget_bytes: int) -> list[Path]:
     """Remove the oldest logs of a folder, each with all its parts, until the rest fits the budget.
 

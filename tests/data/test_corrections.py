@@ -31,7 +31,15 @@ def test_what_is_appended_is_read_and_the_last_word_counts(tmp_path: Path) -> No
 
 
 def test_all_parts_of_a_log_share_one_file(tmp_path: Path) -> None:
-    assert corrections_path(tmp_path / "run.002.mcap") == tmp_path / "run.corrections.csv"
+    for name in ("run.mcap", "run.001.mcap", "run.002.mcap"):
+        (tmp_path / name).touch()
+        assert corrections_path(tmp_path / name) == tmp_path / "run.corrections.csv"
+
+
+def test_numbered_logs_without_a_first_part_have_a_file_each(tmp_path: Path) -> None:
+    for number in ("001", "002"):
+        (tmp_path / f"trial.{number}.mcap").touch()
+        assert corrections_path(tmp_path / f"trial.{number}.mcap") == tmp_path / f"trial.{number}.corrections.csv"
 
 
 def test_none_is_no_correction(tmp_path: Path) -> None:
