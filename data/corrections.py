@@ -1,6 +1,7 @@
 """What people say came of a motion, in a CSV beside the log. It overrides what rules say."""
 
 import csv
+import errno
 import fcntl
 import hashlib
 import io
@@ -63,7 +64,9 @@ class Corrections:
         try:
             with open_regular(self.path) as file:
                 data = file.read()
-        except FileNotFoundError:
+        except OSError as error:
+            if error.errno not in (errno.ENOENT, errno.ENAMETOOLONG):  # beside so long a name there can be none
+                raise
             data = b""
         self.sha256 = hashlib.sha256(data).hexdigest() if data.strip() else ""
         self.all = list(_parsed(self.path, data))

@@ -1,5 +1,6 @@
 """Where the parts of a rotated log lie, and how a folder of logs is kept within a budget."""
 
+import os
 import re
 import stat
 from pathlib import Path
@@ -18,7 +19,7 @@ def part_path(first: Path, part: int) -> Path:
 def parts_of(first: Path) -> list[Path]:
     """The log at `first` and the parts that follow it, in order; `first` itself even if it is gone."""
     parts = [first]
-    while (following := part_path(first, len(parts))).exists():
+    while os.path.exists(following := part_path(first, len(parts))):  # also where its name would be too long
         parts.append(following)
     return parts
 

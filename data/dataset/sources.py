@@ -140,7 +140,7 @@ def _read(job: tuple[Path, str | None], known: dict[Key, LogEntry], waiting: Pat
 def _known_read(log: Path, sha256: str, known: dict[Key, LogEntry]) -> Read | None:
     try:
         key = sha256, Corrections(log).sha256
-    except DataError:
+    except (DataError, OSError):  # said when the log is read
         return None
     return Read(log, *key) if key in known else None
 

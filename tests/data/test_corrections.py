@@ -47,6 +47,10 @@ def test_none_is_no_correction(tmp_path: Path) -> None:
     assert (corrections.all, corrections.sha256) == ([], "")
 
 
+def test_beside_a_log_whose_name_is_too_long_for_it_there_is_none(tmp_path: Path) -> None:
+    assert Corrections(tmp_path / f"{'a' * 245}.mcap").all == []
+
+
 def test_a_file_from_a_spreadsheet_is_read(tmp_path: Path) -> None:
     (tmp_path / "run.corrections.csv").write_bytes(b"\xef\xbb\xbfstep,field,value\r\n1,exclude,yes\r\n")
     assert Corrections(tmp_path / "run.mcap").of("any", 1) == StepCorrection(exclude=True)

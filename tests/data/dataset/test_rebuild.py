@@ -228,6 +228,18 @@ def test_damaged_logs_are_left_out_with_their_reason(logs: list[Path], tmp_path:
     assert list(problems_of(Dataset(tmp_path / "ds"))) == []
 
 
+def test_a_log_with_the_longest_name_is_taken(logs: list[Path], tmp_path: Path) -> None:
+    long = logs[0].rename(logs[0].with_name(f"{'a' * 250}.mcap"))
+    assert make(tmp_path / "ds", long).manifest.left_out == ()
+
+
+def test_corrections_that_cannot_be_read_leave_a_known_log_out(logs: list[Path], tmp_path: Path) -> None:
+    make(tmp_path / "ds", *logs)
+    (logs[0].parent / "run-00.corrections.csv").mkdir()
+    (left_out,) = make(tmp_path / "ds", *logs).manifest.left_out
+    assert (left_out.name, left_out.reason) == ("run-00.mcap", "it cannot be read: Is a directory")
+
+
 def test_without_a_usable_log_there_is_no_dataset(tmp_path: Path) -> None:
     (tmp_path / "junk.mcap").write_bytes(b"junk")
     with pytest.raises(BadRequest, match=r"no log can be used; junk\.mcap: .*not an MCAP log"):
