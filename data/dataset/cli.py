@@ -177,6 +177,8 @@ def _add_sample(parser: argparse.ArgumentParser) -> None:
 def _sample(options: argparse.Namespace) -> int:
     if not 1 <= options.count <= MOST_SAMPLES:
         raise BadRequest(f"--count must be 1 to {MOST_SAMPLES}, not {options.count}")
+    if options.seed < 0:
+        raise BadRequest(f"--seed must be 0 or more, not {options.seed}")
     if options.out.suffix.lower() != ".png":
         raise BadRequest(f"--out must be a .png file, not {options.out}")
     from grasping_invisible.data.dataset.sample_picture import draw_samples  # matplotlib is for no other command

@@ -77,6 +77,7 @@ def test_bad_requests_are_one_line(dataset: Path, tmp_path: Path, capsys) -> Non
     assert "not COLUMN=VALUE with one of" in refusal(capsys, "sample", dataset, *out, "--where", "color=red")
     assert "no row of" in refusal(capsys, "sample", dataset, *out, "--where", "kind=home")
     assert "--count must be" in refusal(capsys, "sample", dataset, *out, "--count", "0")
+    assert "--seed must be 0 or more, not -1" in refusal(capsys, "sample", dataset, *out, "--seed", "-1")
     assert "must be a .png file" in refusal(capsys, "sample", dataset, "--out", "x.txt")
     assert "no .mcap logs in" in refusal(capsys, "rebuild", dataset, "--out", tmp_path / "other")
     assert "does not exist" in refusal(capsys, "rebuild", tmp_path / "none", "--out", tmp_path / "other")
