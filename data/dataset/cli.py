@@ -79,9 +79,10 @@ def _tell(done: Rebuild, folder: Path) -> None:
         out.print(f"{manifest.copies} copies of runs left out: each run counts once")
     if done.gone:
         out.print(f"{done.gone} logs of before were not given again: their rows are gone")
+    known = done.given - done.read - len(manifest.left_out)
     out.print(
-        f"{done.read} of {len(manifest.logs) + len(manifest.left_out)} logs read, {wording.size(done.read_bytes)}; "
-        f"{done.written} of {len(manifest.shards)} shards written; {len(manifest.left_out)} logs left out"
+        f"{done.read} of {done.given} logs read, {wording.size(done.read_bytes)}; {known} known from before; "
+        f"{len(manifest.left_out)} logs left out; {done.written} of {len(manifest.shards)} shards written"
     )
     out.print(f"{manifest.rows} rows in {folder}, dataset {manifest.sha256[:12]}")
 

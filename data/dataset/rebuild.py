@@ -40,10 +40,11 @@ NEW_SHARDS = "shards"
 
 
 class Rebuild(msgspec.Struct, frozen=True):
-    """What a rebuild did. `written`: shards. `read`: logs. `gone`: logs of before that were not given again."""
+    """What a rebuild did. `written`: shards. `given`, `read`, `gone`: logs; gone is one of before not given again."""
 
     manifest: Manifest
     written: int
+    given: int
     read: int
     read_bytes: int
     gone: int
@@ -76,7 +77,7 @@ def rebuild(paths: Sequence[Path], out: Path, workers: int, console: Console) ->
         shutil.rmtree(work / NEW_SHARDS, ignore_errors=True)
     read = [read for read in sources.reads if read.entry is not None]
     gone = len(known.keys() - sources.entries.keys())
-    return Rebuild(manifest, len(new), len(read), sum(one.bytes for one in read), gone)
+    return Rebuild(manifest, len(new), len(logs), len(read), sum(one.bytes for one in read), gone)
 
 
 def _known_dataset(out: Path) -> Manifest | None:

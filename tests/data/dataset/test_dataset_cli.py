@@ -1,5 +1,6 @@
 import json
 import re
+import shutil
 from pathlib import Path
 
 import cv2
@@ -30,6 +31,21 @@ def test_rebuild_says_what_it_did(write_practice, tmp_path: Path, capsys) -> Non
     assert "1 logs left out" in said
     assert "3 rows in" in said
     assert main([*command, "--strict"]) == 1
+
+
+def test_the_counts_of_a_rebuild_add_up_to_the_logs_given(write_practice, tmp_path: Path, capsys) -> None:
+    log = write_practice("a", 1)
+    command = ["rebuild", str(tmp_path), "--out", str(tmp_path / "ds"), "--workers", "1"]
+    assert main(command) == 0
+    other = write_practice("b", 2)
+    for name in ("c", "d"):
+        shutil.copy(other, tmp_path / f"{name}.mcap")
+    log.with_name("junk.mcap").write_bytes(b"junk")
+    capsys.readouterr()
+    assert main(command) == 0
+    said = capsys.readouterr().out
+    assert "3 of 5 logs read" in said
+    assert "1 known from before; 1 logs left out" in said
 
 
 def test_info(dataset: Path, capsys) -> None:
