@@ -113,7 +113,10 @@ def check_step(item: Correction, kinds: dict[tuple[str, int], str]) -> None:
 
 
 def append_correction(log: Path, item: Correction) -> Path:
-    """Add one to those beside the log, and return their file, which holds all of them at any moment."""
+    """Add one to those beside the log, and return their file, which holds all of them at any moment.
+
+    Raises `BadCorrections`, `BadRequest`, `OSError`.
+    """
     path = corrections_path(log)
     with _locked(path.parent):
         known = Corrections(log).all
@@ -121,9 +124,13 @@ def append_correction(log: Path, item: Correction) -> Path:
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(COLUMNS)
         writer.writerows([getattr(one, column) for column in COLUMNS] for one in (*known, item))
+        try:
+            content = text.getvalue().encode()
+        except UnicodeEncodeError:
+            raise BadRequest("a correction is kept as UTF-8, and this one holds what is no text") from None
         unfinished = path.with_name(f".{path.name}.unfinished")
         try:
-            unfinished.write_text(text.getvalue(), encoding="utf-8")
+            unfinished.write_bytes(content)
             os.replace(unfinished, path)
         finally:
             unfinished.unlink(missing_ok=True)

@@ -11,6 +11,7 @@ from grasping_invisible.data.labelled_steps import LabelledStep, labelled_steps
 from grasping_invisible.data.labels import RULES, StepLabel
 from grasping_invisible.data.log_storage import first_part
 from grasping_invisible.data.regular_file import open_regular
+from grasping_invisible.data.shown_name import shown
 
 FORMAT = 1
 
@@ -66,7 +67,7 @@ def relabel(log: Path) -> Relabelling:
     unfinished = path.with_name(f".{path.name}.unfinished")
     try:
         with unfinished.open("wb") as file:
-            file.write(_line(LabelsHead(log.name, RULES, Corrections(log).sha256)))
+            file.write(_line(LabelsHead(shown(log.name), RULES, Corrections(log).sha256)))
             for labelled in labelled_steps(log, damage):
                 line = _line(LabelLine(labelled.run_id, labelled.label))
                 file.write(line)

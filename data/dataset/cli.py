@@ -24,6 +24,7 @@ from grasping_invisible.data.dataset.sample import draw_rows
 from grasping_invisible.data.errors import BadRequest
 from grasping_invisible.data.log_commands import wording
 from grasping_invisible.data.log_commands.output import console
+from grasping_invisible.data.shown_name import shown
 
 MOST_SAMPLES = 40
 _CODES = "exit codes: 0 fine, 1 check found something or with --strict logs were left out, 2 bad usage or input, "
@@ -188,7 +189,7 @@ def _sample(options: argparse.Namespace) -> int:
     rows = draw_rows(dataset, options.count, options.seed, options.split, options.where)
     chosen = ", ".join(filter(None, [options.split, *options.where])) or "all"
     title = f"{options.dataset.resolve().name}: {len(rows)} of {dataset.manifest.rows} motions ({chosen})"
-    draw_samples(rows, title, options.out)
+    draw_samples(rows, shown(title), options.out)
     console().print(Text(f"{len(rows)} rows in {options.out}"))
     return 0
 

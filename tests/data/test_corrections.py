@@ -11,6 +11,7 @@ from grasping_invisible.data.corrections import (
     append_correction,
     corrections_path,
 )
+from grasping_invisible.data.errors import BadRequest
 
 KINDS = {("run-1", 0): "push", ("run-1", 1): "grasp"}
 
@@ -97,6 +98,15 @@ def test_of_several_runs_one_must_be_named(tmp_path: Path) -> None:
     append_correction(tmp_path / "run.mcap", Correction(step=0, field="exclude", value="true"))
     with pytest.raises(BadCorrections, match="of which run"):
         Corrections(tmp_path / "run.mcap").check_against({**KINDS, ("run-2", 0): "push"})
+
+
+def test_a_note_that_is_no_text_is_refused(tmp_path: Path) -> None:
+    log = tmp_path / "run.mcap"
+    append_correction(log, Correction(step=1, field="exclude", value="true"))
+    with pytest.raises(BadRequest, match="holds what is no text"):
+        append_correction(log, Correction(step=1, field="exclude", value="true", note="x\udcff"))
+    assert len(Corrections(log).all) == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["run.corrections.csv"]
 
 
 def test_what_many_add_at_once_is_all_kept(tmp_path: Path) -> None:
