@@ -2,11 +2,11 @@
 
 import errno
 import stat
+from io import BufferedReader
 from pathlib import Path
-from typing import BinaryIO
 
 
-def open_regular(path: Path) -> BinaryIO:
+def open_regular(path: Path) -> BufferedReader:
     """A file to read from. Raises `OSError`, also for a pipe, a socket or a device.
 
     To open a pipe waits for whoever writes into it, and a device may never end.
