@@ -34,6 +34,7 @@ from grasping_invisible.data.file_hash import file_sha256
 from grasping_invisible.data.labels import RULES
 from grasping_invisible.data.log_files import logs_at
 from grasping_invisible.data.progress import bar
+from grasping_invisible.data.shown_name import shown
 
 WORK = ".rebuild"  # inside the dataset: rows and shards on their way, and what is known of files
 NEW_SHARDS = "shards"
@@ -84,6 +85,8 @@ def _known_dataset(out: Path) -> Manifest | None:
     """The dataset that is there, if its rows can be used; raises `BadRequest` where something else is there."""
     if out.exists() and not out.is_dir():
         raise BadRequest(f"{out} is a file; the dataset needs a folder")
+    if shown(str(out)) != str(out):
+        raise BadRequest(f"{shown(str(out))} is no text; Parquet files need a folder whose name is")
     ours = (FILE_NAME, WORK, *SHARDS)
     foreign = (
         sorted(path.name for path in out.iterdir() if path.name not in ours and path.name[0] != ".")

@@ -56,3 +56,4 @@ def test_such_a_name_is_printed(odd: Path) -> None:
     strict = {**os.environ, "PYTHONIOENCODING": "utf-8:strict"}
     done = subprocess.run(command, capture_output=True, text=True, env=strict, timeout=60, check=True)
     assert "3 logs" in done.stdout
+    assert r"b\xff.mcap" in done.stdout

@@ -97,6 +97,8 @@ def test_bad_requests_are_one_line(dataset: Path, tmp_path: Path, capsys) -> Non
     assert "must be a .png file" in refusal(capsys, "sample", dataset, "--out", "x.txt")
     assert "no .mcap logs in" in refusal(capsys, "rebuild", dataset, "--out", tmp_path / "other")
     assert "does not exist" in refusal(capsys, "rebuild", tmp_path / "none", "--out", tmp_path / "other")
+    (tmp_path / "a.mcap").touch()
+    assert r"ds\xff is no text" in refusal(capsys, "rebuild", tmp_path, "--out", tmp_path / "ds\udcff")
     assert "--workers must be" in refusal(capsys, "rebuild", tmp_path, "--out", tmp_path / "other", "--workers", "0")
     (dataset / "manifest.json").write_text("{")
     assert "manifest.json is not valid" in refusal(capsys, "info", dataset)
