@@ -1,5 +1,6 @@
 """How a command of this package ends: one clear line and an exit code, whatever goes wrong."""
 
+import io
 import os
 import signal
 import sys
@@ -20,6 +21,8 @@ def run_command(program: str, body: Callable[[], int], interrupted: str = "") ->
         print(f"{program}: {_one_line(reason)}", file=sys.stderr)
         return EXIT_BAD_INPUT
 
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # a file's name need not be text
     try:
         with interruptible():
             code = body()

@@ -1,6 +1,7 @@
 """What people say came of a motion, in a CSV beside the log. It overrides what rules say."""
 
 import csv
+import errno
 import fcntl
 import hashlib
 import io
@@ -13,7 +14,8 @@ import msgspec
 
 from grasping_invisible.data.classes import GREY, TARGET_COLORS
 from grasping_invisible.data.errors import BadRequest, DataError
-from grasping_invisible.data.log_storage import log_name
+from grasping_invisible.data.log_storage import first_part
+from grasping_invisible.data.regular_file import open_regular
 
 NOTHING = "nothing"
 COLUMNS = ("run_id", "step", "field", "value", "by", "note")
@@ -50,18 +52,21 @@ class StepCorrection(msgspec.Struct, frozen=True):
 
 def corrections_path(log: Path) -> Path:
     """Where corrections of a log lie: `run.corrections.csv` beside `run.mcap`, for all its parts."""
-    return log.with_name(f"{log_name(log)}.corrections.csv")
+    return first_part(log).with_suffix(".corrections.csv")
 
 
 class Corrections:
     """The corrections of one log, of which a later one of the same field and step overrides an earlier one."""
 
     def __init__(self, log: Path) -> None:
-        """Read those beside `log`; there may be none. Raises `BadCorrections`."""
+        """Read those beside `log`; there may be none. Raises `BadCorrections`, `OSError`."""
         self.path = corrections_path(log)
         try:
-            data = self.path.read_bytes()
-        except FileNotFoundError:
+            with open_regular(self.path) as file:
+                data = file.read()
+        except OSError as error:
+            if error.errno not in (errno.ENOENT, errno.ENAMETOOLONG):  # beside so long a name there can be none
+                raise
             data = b""
         self.sha256 = hashlib.sha256(data).hexdigest() if data.strip() else ""
         self.all = list(_parsed(self.path, data))
@@ -108,7 +113,10 @@ def check_step(item: Correction, kinds: dict[tuple[str, int], str]) -> None:
 
 
 def append_correction(log: Path, item: Correction) -> Path:
-    """Add one to those beside the log, and return their file, which holds all of them at any moment."""
+    """Add one to those beside the log, and return their file, which holds all of them at any moment.
+
+    Raises `BadCorrections`, `BadRequest`, `OSError`.
+    """
     path = corrections_path(log)
     with _locked(path.parent):
         known = Corrections(log).all
@@ -116,9 +124,13 @@ def append_correction(log: Path, item: Correction) -> Path:
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(COLUMNS)
         writer.writerows([getattr(one, column) for column in COLUMNS] for one in (*known, item))
+        try:
+            content = text.getvalue().encode()
+        except UnicodeEncodeError:
+            raise BadRequest("a correction is kept as UTF-8, and this one holds what is no text") from None
         unfinished = path.with_name(f".{path.name}.unfinished")
         try:
-            unfinished.write_text(text.getvalue(), encoding="utf-8")
+            unfinished.write_bytes(content)
             os.replace(unfinished, path)
         finally:
             unfinished.unlink(missing_ok=True)

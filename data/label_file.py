@@ -9,7 +9,9 @@ import msgspec
 from grasping_invisible.data.corrections import Corrections
 from grasping_invisible.data.labelled_steps import LabelledStep, labelled_steps
 from grasping_invisible.data.labels import RULES, StepLabel
-from grasping_invisible.data.log_storage import log_name
+from grasping_invisible.data.log_storage import first_part
+from grasping_invisible.data.regular_file import open_regular
+from grasping_invisible.data.shown_name import shown
 
 FORMAT = 1
 
@@ -48,7 +50,7 @@ class Relabelling(msgspec.Struct, frozen=True):
 
 def labels_path(log: Path) -> Path:
     """Where the labels of a log lie, for all its parts."""
-    return log.with_name(f"{log_name(log)}.labels.jsonl")
+    return first_part(log).with_suffix(".labels.jsonl")
 
 
 def relabel(log: Path) -> Relabelling:
@@ -65,7 +67,7 @@ def relabel(log: Path) -> Relabelling:
     unfinished = path.with_name(f".{path.name}.unfinished")
     try:
         with unfinished.open("wb") as file:
-            file.write(_line(LabelsHead(log.name, RULES, Corrections(log).sha256)))
+            file.write(_line(LabelsHead(shown(log.name), RULES, Corrections(log).sha256)))
             for labelled in labelled_steps(log, damage):
                 line = _line(LabelLine(labelled.run_id, labelled.label))
                 file.write(line)
@@ -92,7 +94,8 @@ def _line(content: msgspec.Struct) -> bytes:
 def _read(path: Path) -> dict[tuple[str, int], dict[str, Any]] | None:
     """The labels by run and step; None where there is no file that can be compared with."""
     try:
-        lines = [msgspec.json.decode(line) for line in path.read_bytes().splitlines()[1:]]
+        with open_regular(path) as file:
+            lines = [msgspec.json.decode(line) for line in file.read().splitlines()[1:]]
         return {(line["run_id"], line["label"]["step"]): line["label"] for line in lines}
     except (FileNotFoundError, msgspec.DecodeError, KeyError, TypeError):
         return None

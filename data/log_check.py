@@ -1,7 +1,7 @@
 """Whether a log is complete and makes sense."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -53,6 +53,8 @@ def check_log(path: Path, told: Callable[[int, int], None] | None = None) -> Che
             health.take(logged)
             if told is not None and number % _TOLD_EVERY == 0:
                 told(read + reader.position, size)
+        for topic, sequences in reader.undecodable.items():
+            story.count(topic, sequences)  # said to be damage; they are not missing as well
         read += part.stat().st_size
         metadata |= reader.metadata
         problems += [f"{part.name}: {line}" for line in reader.damage]
@@ -84,9 +86,13 @@ class _Story:
     results: set[int] = field(default_factory=set)
 
     def take(self, logged: LoggedMessage) -> None:
-        self.counts[logged.topic] += 1
-        self.last_sequence[logged.topic] = max(self.last_sequence.get(logged.topic, -1), logged.sequence)
+        self.count(logged.topic, [logged.sequence])
         self._take_message(logged.topic, logged.message)
+
+    def count(self, topic: str, sequences: Collection[int]) -> None:
+        """Messages that are there, whatever they say."""
+        self.counts[topic] += len(sequences)
+        self.last_sequence[topic] = max(self.last_sequence.get(topic, -1), *sequences)
 
     def missing(self, dropped: dict[str, str]) -> Iterator[str]:
         for topic in sorted({*self.counts, *dropped}):

@@ -9,6 +9,7 @@ from mcap.writer import Writer
 from mcap_protobuf.schema import register_schema
 
 from grasping_invisible.data.errors import RecordingError
+from grasping_invisible.data.regular_file import open_regular
 from grasping_invisible.data.topics import Topic
 
 # Small, so that compressing one never holds up the writer for long and a damaged one loses little.
@@ -78,7 +79,7 @@ class LogFile:
 def is_being_written(path: Path) -> bool:
     """Whether a living process has this log open for writing."""
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
     except BlockingIOError:
         return True

@@ -4,13 +4,12 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from grasping_invisible.data.errors import BadRequest
-from grasping_invisible.data.log_storage import SUFFIX, log_name
+from grasping_invisible.data.log_storage import SUFFIX, first_part
 
 
 def logs_in(folder: Path) -> list[Path]:
     """The first parts of all logs in a folder and below it, by name."""
-    paths = set(folder.rglob(f"*{SUFFIX}"))
-    return sorted(path for path in paths if first_part(path) == path or first_part(path) not in paths)
+    return sorted(path for path in folder.rglob(f"*{SUFFIX}") if first_part(path) == path)
 
 
 def logs_at(paths: Iterable[Path]) -> list[Path]:
@@ -23,18 +22,8 @@ def logs_at(paths: Iterable[Path]) -> list[Path]:
     for path in given:
         if not path.exists():
             raise BadRequest(f"{path} does not exist")
-        for log in logs_in(path) if path.is_dir() else [_first_existing(path)]:
+        for log in logs_in(path) if path.is_dir() else [first_part(path)]:
             found.setdefault(log.resolve(), log)
     if not found:
         raise BadRequest(f"no {SUFFIX} logs in {', '.join(map(str, given))}")
     return [found[log] for log in sorted(found)]
-
-
-def first_part(path: Path) -> Path:
-    """Where the log begins that a file is a part of."""
-    return path.with_name(log_name(path) + SUFFIX)
-
-
-def _first_existing(path: Path) -> Path:
-    first = first_part(path)
-    return first if path.suffix == SUFFIX and first.exists() else path

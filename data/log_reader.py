@@ -14,6 +14,7 @@ from mcap_protobuf.decoder import DecoderFactory
 
 from grasping_invisible.data.errors import BadLog
 from grasping_invisible.data.mcap_scan import McapScan
+from grasping_invisible.data.regular_file import open_regular
 from grasping_invisible.data.topics import BY_KEY
 
 _DAMAGE_LINES = 100  # a ruined log says the same over and over
@@ -49,8 +50,9 @@ class LogReader:
     """Reads one log file in the order it was written, holding one chunk at a time.
 
     After a pass to its end, `complete` says whether the log was closed and is whole, `damage` what is
-    wrong in lines for a person, and `metadata` holds the last metadata of each name. During one, `position` is how far
-    it is, in bytes.
+    wrong in lines for a person, `metadata` holds the last metadata of each name, and `undecodable` the sequence numbers
+    of the messages of our topics that are there but cannot be decoded. During one, `position` is how far it is, in
+    bytes.
     """
 
     def __init__(self, path: Path) -> None:
@@ -63,6 +65,7 @@ class LogReader:
         self.complete = False
         self.damage: list[str] = []
         self.metadata: dict[str, dict[str, str]] = {}
+        self.undecodable: dict[str, list[int]] = {}
         self.position = 0
 
     def contents(self) -> LogContents:
@@ -126,6 +129,7 @@ class LogReader:
         """Like `raw_messages`, and decoded, without what is damage; None where another program's cannot be decoded."""
         decoders: dict[int, _Decoder] = {}
         failures: Counter[str] = Counter()
+        self.undecodable = {}
         for schema, channel, raw in self.raw_messages(topics):
             decoder = decoders.get(channel.id)
             if decoder is None or not decoder.is_for(schema, channel):  # damage can describe a channel anew
@@ -134,6 +138,7 @@ class LogReader:
                 message = decoder.decode(raw.data)
             except _Undecodable as reason:
                 failures[str(reason)] += 1
+                self.undecodable.setdefault(channel.topic, []).append(raw.sequence)
                 continue
             yield schema, channel, raw, message
         self._note(f"{count} messages: {reason}" for reason, count in failures.items())
@@ -146,7 +151,7 @@ class LogReader:
 
     def _open(self) -> BinaryIO:
         try:
-            return self.path.open("rb")
+            return open_regular(self.path)
         except OSError as error:
             raise BadLog(f"cannot read log {self.path}: {error.strerror}") from None
 

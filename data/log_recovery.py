@@ -11,6 +11,7 @@ from mcap_protobuf.schema import register_schema
 from grasping_invisible.data.errors import BadLog, BadRequest
 from grasping_invisible.data.log_reader import LogReader
 from grasping_invisible.data.log_storage import parts_of
+from grasping_invisible.data.shown_name import shown
 from grasping_invisible.data.topics import BY_KEY
 
 _TOLD_EVERY = 64  # messages
@@ -90,8 +91,8 @@ class _Copy:
         """Add metadata and the index."""
         for name, data in self._metadata.items():
             self._writer.add_metadata(name, data)
-        lost = {str(number): line for number, line in enumerate(self.lost, 1)}
-        self._writer.add_metadata(RECOVERED, {"from": origin, **lost})
+        lost = {str(number): shown(line) for number, line in enumerate(self.lost, 1)}
+        self._writer.add_metadata(RECOVERED, {"from": shown(origin), **lost})
         self._writer.finish()
 
     def _channel(self, schema: Schema | None, channel: Channel) -> int:

@@ -1,6 +1,8 @@
 """Where the parts of a rotated log lie, and how a folder of logs is kept within a budget."""
 
+import os
 import re
+import stat
 from pathlib import Path
 
 from grasping_invisible.data.log_file import is_being_written
@@ -17,7 +19,7 @@ def part_path(first: Path, part: int) -> Path:
 def parts_of(first: Path) -> list[Path]:
     """The log at `first` and the parts that follow it, in order; `first` itself even if it is gone."""
     parts = [first]
-    while (following := part_path(first, len(parts))).exists():
+    while os.path.exists(following := part_path(first, len(parts))):  # also where its name would be too long
         parts.append(following)
     return parts
 
@@ -25,6 +27,12 @@ def parts_of(first: Path) -> list[Path]:
 def log_name(path: Path) -> str:
     """What the files of one log have in common: `run` of `run.mcap`, `run.001.mcap`, ..."""
     return _LATER_PART.sub("", path.stem)
+
+
+def first_part(path: Path) -> Path:
+    """Where the log begins that a file is a part of: without a `run.mcap`, `run.001.mcap` is a log of its own."""
+    first = path.with_name(log_name(path) + SUFFIX)
+    return first if path.suffix == SUFFIX and first.exists() else path
 
 
 def keep_within(folder: Path, budget_bytes: int) -> list[Path]:
@@ -59,4 +67,4 @@ def _stat(path: Path) -> tuple[int, int] | None:
         status = path.stat()
     except OSError:
         return None
-    return status.st_mtime_ns, status.st_size
+    return (status.st_mtime_ns, status.st_size) if stat.S_ISREG(status.st_mode) else None

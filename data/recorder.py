@@ -14,6 +14,7 @@ import msgspec
 from grasping_invisible.data.errors import RecordingError
 from grasping_invisible.data.log_file import LogFile
 from grasping_invisible.data.log_storage import keep_within, part_path
+from grasping_invisible.data.shown_name import shown
 from grasping_invisible.data.topics import DECISION, OUTCOME, RUN_START, RUN_SUMMARY, STEP_RESULT, Topic
 
 DROPPED = "dropped"  # metadata: how many messages of each topic did not reach the log, so far
@@ -225,7 +226,7 @@ class Recorder:
 
     def _begin_part(self) -> None:
         self._keep_budget()
-        self._file.add_metadata(PART, {"log": self.path.name, "part": str(self._part)})
+        self._file.add_metadata(PART, {"log": shown(self.path.name), "part": str(self._part)})
         for entry in self._run_metadata:
             self._file.add_metadata(entry.name, entry.data)
         self._file.flush()

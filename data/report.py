@@ -27,6 +27,7 @@ from grasping_invisible.data.report_steps import (
     step_head,
     step_report,
 )
+from grasping_invisible.data.shown_name import shown
 from grasping_invisible.data.steps import steps
 from grasping_invisible.data.topics import CAMERA_INFO, COLOR_IMAGE, SEGMENTATION, TRANSFORMS
 
@@ -118,7 +119,7 @@ class _Cameras:
 
 def _title(summary: LogSummary) -> str:
     if summary.run is None:
-        return f"A run whose start is not in {Path(summary.path).name}"
+        return f"A run whose start is not in {shown(Path(summary.path).name)}"
     return f"Find and grasp {summary.run.target or 'the target'} in {summary.run.scene or 'an unnamed scene'}"
 
 
@@ -145,7 +146,7 @@ def _facts(summary: LogSummary) -> list[tuple[str, str]]:
         end = summary.end
         facts.append(("motions", f"{end.motions} of {summary.run.max_motions}" if summary.run else str(end.motions)))
         facts.append(("decision", f"{end.decision_ms_p50:.0f} ms median, {end.decision_ms_p99:.0f} ms p99"))
-    return [*facts, ("log", f"{Path(summary.path).name}, {wording.size(summary.bytes)}")]
+    return [*facts, ("log", f"{shown(Path(summary.path).name)}, {wording.size(summary.bytes)}")]
 
 
 def _end_panels(after: gi.Heightmaps | None, cameras: _Cameras, target: str) -> list[Panel]:

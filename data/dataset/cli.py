@@ -24,6 +24,7 @@ from grasping_invisible.data.dataset.sample import draw_rows
 from grasping_invisible.data.errors import BadRequest
 from grasping_invisible.data.log_commands import wording
 from grasping_invisible.data.log_commands.output import console
+from grasping_invisible.data.shown_name import shown
 
 MOST_SAMPLES = 40
 _CODES = "exit codes: 0 fine, 1 check found something or with --strict logs were left out, 2 bad usage or input, "
@@ -79,9 +80,10 @@ def _tell(done: Rebuild, folder: Path) -> None:
         out.print(f"{manifest.copies} copies of runs left out: each run counts once")
     if done.gone:
         out.print(f"{done.gone} logs of before were not given again: their rows are gone")
+    known = done.given - done.read - len(manifest.left_out)
     out.print(
-        f"{done.read} of {len(manifest.logs) + len(manifest.left_out)} logs read, {wording.size(done.read_bytes)}; "
-        f"{done.written} of {len(manifest.shards)} shards written; {len(manifest.left_out)} logs left out"
+        f"{done.read} of {done.given} logs read, {wording.size(done.read_bytes)}; {known} known from before; "
+        f"{len(manifest.left_out)} logs left out; {done.written} of {len(manifest.shards)} shards written"
     )
     out.print(f"{manifest.rows} rows in {folder}, dataset {manifest.sha256[:12]}")
 
@@ -177,6 +179,8 @@ def _add_sample(parser: argparse.ArgumentParser) -> None:
 def _sample(options: argparse.Namespace) -> int:
     if not 1 <= options.count <= MOST_SAMPLES:
         raise BadRequest(f"--count must be 1 to {MOST_SAMPLES}, not {options.count}")
+    if options.seed < 0:
+        raise BadRequest(f"--seed must be 0 or more, not {options.seed}")
     if options.out.suffix.lower() != ".png":
         raise BadRequest(f"--out must be a .png file, not {options.out}")
     from grasping_invisible.data.dataset.sample_picture import draw_samples  # matplotlib is for no other command
@@ -185,7 +189,7 @@ def _sample(options: argparse.Namespace) -> int:
     rows = draw_rows(dataset, options.count, options.seed, options.split, options.where)
     chosen = ", ".join(filter(None, [options.split, *options.where])) or "all"
     title = f"{options.dataset.resolve().name}: {len(rows)} of {dataset.manifest.rows} motions ({chosen})"
-    draw_samples(rows, title, options.out)
+    draw_samples(rows, shown(title), options.out)
     console().print(Text(f"{len(rows)} rows in {options.out}"))
     return 0
 

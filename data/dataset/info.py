@@ -7,6 +7,7 @@ import msgspec
 
 from grasping_invisible.data.dataset.placement import SHARDS, split_of
 from grasping_invisible.data.dataset.reader import Dataset
+from grasping_invisible.data.shown_name import shown
 
 _COUNTED = ["kind", "usable", "success", "reward", "status", "label_source", "goals"]
 
@@ -45,7 +46,7 @@ def info_of(dataset: Dataset) -> DatasetInfo:
     """Count what a dataset holds; reads all but the pictures. Raises `BadDataset`."""
     manifest = dataset.manifest
     return DatasetInfo(
-        path=str(dataset.folder),
+        path=shown(str(dataset.folder)),
         sha256=manifest.sha256,
         format=manifest.format,
         rules=manifest.rules,

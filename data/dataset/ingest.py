@@ -20,6 +20,7 @@ from grasping_invisible.data.labelled_steps import labelled_steps
 from grasping_invisible.data.labels import RULES
 from grasping_invisible.data.log_file import is_being_written
 from grasping_invisible.data.log_storage import parts_of
+from grasping_invisible.data.shown_name import shown
 
 
 class Unusable(DataError):
@@ -58,7 +59,7 @@ def ingest(log: Path, sha256: str, waiting: Path) -> LogEntry:
     key = sha256, Corrections(log).sha256
     known = waiting_entry(waiting, key)
     if known is not None:
-        return msgspec.structs.replace(known, name=log.name)
+        return msgspec.structs.replace(known, name=shown(log.name))
     path = waiting_path(waiting, key)
     unfinished = path.with_suffix(f".{os.getpid()}")
     try:
@@ -69,7 +70,7 @@ def ingest(log: Path, sha256: str, waiting: Path) -> LogEntry:
             if damage:
                 more = f", and {len(damage) - 1} more" if len(damage) > 1 else ""
                 raise Unusable(f"{damage[0]}{more}; gi-log recover makes a whole log of the rest")
-        entry = LogEntry(*key, log.name, sum(part.stat().st_size for part in parts), rows.runs, rows.left_out)
+        entry = LogEntry(*key, shown(log.name), sum(part.stat().st_size for part in parts), rows.runs, rows.left_out)
         os.replace(unfinished, path)
     finally:
         unfinished.unlink(missing_ok=True)

@@ -6,6 +6,7 @@ from pathlib import Path
 import msgspec
 
 from grasping_invisible.data.log_storage import parts_of
+from grasping_invisible.data.shown_name import shown
 
 _Facts = list[tuple[str, int, int]]  # of every part: name, bytes, time of its last change
 
@@ -28,12 +29,12 @@ class KnownFiles:
 
     def sha256(self, log: Path) -> str | None:
         """The hash of a log that has not changed since it was noted; None otherwise."""
-        known = self._known.get(str(log.resolve()))
+        known = self._known.get(shown(str(log.resolve())))
         return known.sha256 if known is not None and known.facts == _facts(log) else None
 
     def note(self, log: Path, sha256: str) -> None:
         """Remember the hash of a log as it is now."""
-        self._known[str(log.resolve())] = _Known(_facts(log), sha256)
+        self._known[shown(str(log.resolve()))] = _Known(_facts(log), sha256)
 
     def save(self) -> None:
         """Keep all that is known."""
@@ -44,4 +45,4 @@ class KnownFiles:
 
 def _facts(log: Path) -> _Facts:
     statuses = [(part.name, part.stat()) for part in parts_of(log) if part.exists()]
-    return [(name, status.st_size, status.st_mtime_ns) for name, status in statuses]
+    return [(shown(name), status.st_size, status.st_mtime_ns) for name, status in statuses]

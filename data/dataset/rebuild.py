@@ -34,16 +34,18 @@ from grasping_invisible.data.file_hash import file_sha256
 from grasping_invisible.data.labels import RULES
 from grasping_invisible.data.log_files import logs_at
 from grasping_invisible.data.progress import bar
+from grasping_invisible.data.shown_name import shown
 
 WORK = ".rebuild"  # inside the dataset: rows and shards on their way, and what is known of files
 NEW_SHARDS = "shards"
 
 
 class Rebuild(msgspec.Struct, frozen=True):
-    """What a rebuild did. `written`: shards. `read`: logs. `gone`: logs of before that were not given again."""
+    """What a rebuild did. `written`: shards. `given`, `read`, `gone`: logs; gone is one of before not given again."""
 
     manifest: Manifest
     written: int
+    given: int
     read: int
     read_bytes: int
     gone: int
@@ -76,13 +78,15 @@ def rebuild(paths: Sequence[Path], out: Path, workers: int, console: Console) ->
         shutil.rmtree(work / NEW_SHARDS, ignore_errors=True)
     read = [read for read in sources.reads if read.entry is not None]
     gone = len(known.keys() - sources.entries.keys())
-    return Rebuild(manifest, len(new), len(read), sum(one.bytes for one in read), gone)
+    return Rebuild(manifest, len(new), len(logs), len(read), sum(one.bytes for one in read), gone)
 
 
 def _known_dataset(out: Path) -> Manifest | None:
     """The dataset that is there, if its rows can be used; raises `BadRequest` where something else is there."""
     if out.exists() and not out.is_dir():
         raise BadRequest(f"{out} is a file; the dataset needs a folder")
+    if shown(str(out)) != str(out):
+        raise BadRequest(f"{shown(str(out))} is no text; Parquet files need a folder whose name is")
     ours = (FILE_NAME, WORK, *SHARDS)
     foreign = (
         sorted(path.name for path in out.iterdir() if path.name not in ours and path.name[0] != ".")

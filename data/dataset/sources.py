@@ -17,6 +17,7 @@ from grasping_invisible.data.dataset.manifest import LeftOut, LogEntry, RunEntry
 from grasping_invisible.data.errors import DataError
 from grasping_invisible.data.log_storage import parts_of
 from grasping_invisible.data.progress import bar
+from grasping_invisible.data.shown_name import shown
 from grasping_invisible.data.worker import prepare_worker
 
 Key = tuple[str, str]  # what the rows of a log depend on: its hash and that of its corrections
@@ -49,7 +50,7 @@ class Sources(msgspec.Struct):
     @property
     def left_out(self) -> list[LeftOut]:
         """The logs that cannot be used, and why."""
-        return [LeftOut(read.log.name, read.failure) for read in self.reads if read.failure]
+        return [LeftOut(shown(read.log.name), shown(read.failure)) for read in self.reads if read.failure]
 
     def runs(self) -> list[tuple[RunEntry, LogEntry]]:
         """Each run once, in the order of rows, with the log it is taken from.
@@ -140,7 +141,7 @@ def _read(job: tuple[Path, str | None], known: dict[Key, LogEntry], waiting: Pat
 def _known_read(log: Path, sha256: str, known: dict[Key, LogEntry]) -> Read | None:
     try:
         key = sha256, Corrections(log).sha256
-    except DataError:
+    except (DataError, OSError):  # said when the log is read
         return None
     return Read(log, *key) if key in known else None
 
@@ -151,7 +152,7 @@ def _sources(reads: list[Read], known: dict[Key, LogEntry]) -> Sources:
     for read in sorted((read for read in reads if not read.failure), key=lambda read: (read.log.name, read.log)):
         entry = read.entry or known[read.key]
         if read.key not in entries:  # of equal files the first by name
-            entries[read.key] = msgspec.structs.replace(entry, name=read.log.name)
+            entries[read.key] = msgspec.structs.replace(entry, name=shown(read.log.name))
             places[read.key] = read.log
     return Sources(reads, entries, places)
 

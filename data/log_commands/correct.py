@@ -9,7 +9,7 @@ from rich.text import Text
 from grasping_invisible.data.corrections import FIELDS, Correction, append_correction, check_step, value_of
 from grasping_invisible.data.log_commands import wording
 from grasping_invisible.data.log_commands.output import console
-from grasping_invisible.data.log_files import first_part
+from grasping_invisible.data.log_storage import first_part
 from grasping_invisible.data.steps import LABELLED_FROM, steps
 
 
@@ -29,7 +29,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
 def run(arguments: argparse.Namespace) -> int:
     """Check the correction against the log and add it to those beside it."""
     value_of(arguments.field, arguments.value)
-    log = first_part(arguments.file) if first_part(arguments.file).exists() else arguments.file
+    log = first_part(arguments.file)
     item = Correction(
         run_id=arguments.run_id,
         step=arguments.step,

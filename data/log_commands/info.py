@@ -13,6 +13,7 @@ from grasping_invisible.data.health_events import health_events
 from grasping_invisible.data.log_commands import wording
 from grasping_invisible.data.log_commands.output import console
 from grasping_invisible.data.log_summary import LogSummary, summarise
+from grasping_invisible.data.shown_name import shown
 
 _READ_FOR_HEALTH = 200_000_000  # bytes: heartbeats are in every chunk, and the rest of a log is told by its index
 
@@ -30,7 +31,7 @@ def run(arguments: argparse.Namespace) -> int:
     summary = summarise(arguments.file)
     health = health_events(arguments.file, summary.begun_ns) if summary.bytes <= _READ_FOR_HEALTH else None
     if arguments.json:
-        found = {**msgspec.to_builtins(summary), "health": health}
+        found = {**msgspec.to_builtins(summary), "path": shown(summary.path), "health": health}
         sys.stdout.write(msgspec.json.encode(found).decode() + "\n")
     else:
         _print(summary, health, console())

@@ -12,6 +12,7 @@ from grasping_invisible.data.log_commands import wording
 from grasping_invisible.data.log_commands.output import console, progress
 from grasping_invisible.data.log_files import logs_in
 from grasping_invisible.data.log_summary import LogSummary, summarise
+from grasping_invisible.data.shown_name import shown
 
 
 def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -81,7 +82,7 @@ def _table(summaries: list[LogSummary], folder: Path) -> Table:
     for summary in summaries:
         run, end = summary.run, summary.end
         table.add_row(
-            Text(str(Path(summary.path).relative_to(folder))),
+            Text(shown(str(Path(summary.path).relative_to(folder)))),
             wording.when(summary.begun_ns),
             wording.duration(summary.ended_ns - summary.begun_ns),
             Text(run.scene if run else "-"),

@@ -30,10 +30,14 @@ def run(arguments: argparse.Namespace) -> int:
     with bar("relabelling", len(logs), out) as advance:
         for log in logs:
             try:
-                done.append(relabel(log))
-                _tell(done[-1])
+                one = relabel(log)
             except DataError as error:
                 failed.append(str(error))
+            except OSError as error:
+                failed.append(f"{error.filename or log}: {error.strerror}")
+            else:
+                done.append(one)
+                _tell(one)
             advance()
     steps, usable = sum(one.steps for one in done), sum(one.usable for one in done)
     rules = ", ".join(f"{name} {version}" for name, version in RULES.items())

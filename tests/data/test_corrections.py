@@ -11,6 +11,7 @@ from grasping_invisible.data.corrections import (
     append_correction,
     corrections_path,
 )
+from grasping_invisible.data.errors import BadRequest
 
 KINDS = {("run-1", 0): "push", ("run-1", 1): "grasp"}
 
@@ -31,12 +32,24 @@ def test_what_is_appended_is_read_and_the_last_word_counts(tmp_path: Path) -> No
 
 
 def test_all_parts_of_a_log_share_one_file(tmp_path: Path) -> None:
-    assert corrections_path(tmp_path / "run.002.mcap") == tmp_path / "run.corrections.csv"
+    for name in ("run.mcap", "run.001.mcap", "run.002.mcap"):
+        (tmp_path / name).touch()
+        assert corrections_path(tmp_path / name) == tmp_path / "run.corrections.csv"
+
+
+def test_numbered_logs_without_a_first_part_have_a_file_each(tmp_path: Path) -> None:
+    for number in ("001", "002"):
+        (tmp_path / f"trial.{number}.mcap").touch()
+        assert corrections_path(tmp_path / f"trial.{number}.mcap") == tmp_path / f"trial.{number}.corrections.csv"
 
 
 def test_none_is_no_correction(tmp_path: Path) -> None:
     corrections = Corrections(tmp_path / "run.mcap")
     assert (corrections.all, corrections.sha256) == ([], "")
+
+
+def test_beside_a_log_whose_name_is_too_long_for_it_there_is_none(tmp_path: Path) -> None:
+    assert Corrections(tmp_path / f"{'a' * 245}.mcap").all == []
 
 
 def test_a_file_from_a_spreadsheet_is_read(tmp_path: Path) -> None:
@@ -85,6 +98,15 @@ def test_of_several_runs_one_must_be_named(tmp_path: Path) -> None:
     append_correction(tmp_path / "run.mcap", Correction(step=0, field="exclude", value="true"))
     with pytest.raises(BadCorrections, match="of which run"):
         Corrections(tmp_path / "run.mcap").check_against({**KINDS, ("run-2", 0): "push"})
+
+
+def test_a_note_that_is_no_text_is_refused(tmp_path: Path) -> None:
+    log = tmp_path / "run.mcap"
+    append_correction(log, Correction(step=1, field="exclude", value="true"))
+    with pytest.raises(BadRequest, match="holds what is no text"):
+        append_correction(log, Correction(step=1, field="exclude", value="true", note="x\udcff"))
+    assert len(Corrections(log).all) == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["run.corrections.csv"]
 
 
 def test_what_many_add_at_once_is_all_kept(tmp_path: Path) -> None:

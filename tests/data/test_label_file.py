@@ -98,6 +98,35 @@ def test_a_log_that_cannot_be_labelled_does_not_keep_the_others_from_it(write_pr
     assert labels_path(odd).read_bytes() == kept
 
 
+def test_files_that_cannot_be_read_or_written_leave_one_log_out(write_practice, capsys) -> None:
+    good, taken, odd, long = (write_practice(name, 1) for name in "dbca")
+    long = long.rename(long.with_name(f"{'a' * 250}.mcap"))
+    labels_path(taken).mkdir()
+    (odd.parent / "c.corrections.csv").mkdir()
+    relabel(good.parent, code=1)
+    said = capsys.readouterr().out
+    assert "1 logs, 3 steps" in said
+    assert "b.labels.jsonl: Is a directory" in said
+    assert "c.corrections.csv: Is a directory" in said
+    assert f"{long.stem}.labels.jsonl: File name too long" in said.replace("\n", "")
+    assert len(lines(good)) == 4
+
+
+def test_numbered_logs_without_a_first_part_are_labelled_and_corrected_each_by_itself(write_practice, capsys) -> None:
+    first, second = write_practice("trial.001", 1), write_practice("trial.002", 2, 4)
+    assert main(["correct", str(second), "--step", "3", "--field", "exclude", "--value", "true"]) == 0
+    relabel(first.parent)
+    assert "2 logs, 7 steps, 6 of them teach" in capsys.readouterr().out
+    assert ([line["run_id"] for line in lines(first)[1:]], len(lines(second))) == (["trial.001"] * 3, 5)
+
+
+def test_the_parts_of_a_log_share_their_labels(write_practice, capsys) -> None:
+    log, part = write_practice("run", 1), write_practice("run.001", 2)
+    relabel(part)
+    assert labels_path(log) == labels_path(part)
+    assert len(lines(log)) == 7
+
+
 def test_of_a_cut_log_what_is_there_is_labelled(write_practice, capsys) -> None:
     log = write_practice("a", 1, 30)
     data = log.read_bytes()

@@ -70,6 +70,19 @@ def test_a_lost_chunk_leaves_a_gap(write_run) -> None:
     assert any("messages are missing" in problem for problem in problems)
 
 
+def test_messages_that_cannot_be_decoded_are_not_missing_as_well(tmp_path, run_of) -> None:
+    with Recorder(tmp_path / "run.mcap", RecordingSettings(queue_bytes=100_000)) as recorder:
+        for topic, message in run_of():
+            recorder.put(topic, message.SerializeToString(), 0)
+        recorder.put(topics.VIEW, bytes(200_000), 0)  # dropped
+        for payload in (b"\xff\xff", b"\xff\xff", b"", b"\xff\xff"):
+            recorder.put(topics.VIEW, payload, 0)
+    assert check_log(recorder.path).problems == [
+        "run.mcap: 3 messages: gi/runtime/view cannot be decoded",
+        "gi/runtime/view: 1 messages were dropped while recording",
+    ]
+
+
 def test_a_log_being_written_is_not_complete(tmp_path) -> None:
     with Recorder(tmp_path / "run.mcap"):
         assert "run.mcap: still being written" in check_log(tmp_path / "run.mcap").problems

@@ -54,6 +54,12 @@ def test_other_files_are_left_alone(tmp_path: Path) -> None:
     assert other.exists()
 
 
+def test_a_log_with_the_longest_name_has_one_part(tmp_path: Path) -> None:
+    first = tmp_path / f"{'a' * 250}.mcap"
+    first.touch()
+    assert parts_of(first) == [first]
+
+
 def test_parts_follow_the_first(tmp_path: Path) -> None:
     first = tmp_path / "run.mcap"
     for part in (0, 1, 2, 4):

@@ -14,7 +14,7 @@ from grasping_invisible.data.log_file import LogFile, is_being_written
 from grasping_invisible.data.log_reader import LogReader
 from grasping_invisible.data.log_storage import parts_of
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
-from grasping_invisible.data.recorder import Recorder, RecordingSettings
+from grasping_invisible.data.recorder import PART, Recorder, RecordingSettings
 from grasping_invisible.data.topics import COLOR_IMAGE, CONSOLE, DECISION, DEPTH_IMAGE
 
 
@@ -331,3 +331,12 @@ def test_a_log_that_another_process_writes_is_not_removed_for_room(tmp_path: Pat
     reader = LogReader(theirs)
     assert len(list(reader.raw_messages())) == 1
     assert reader.complete
+
+
+def test_a_log_whose_name_is_no_text_is_written(tmp_path: Path) -> None:
+    with Recorder(tmp_path / "b\udcff.mcap") as recorder:
+        recorder.put(DECISION, decision(0), 0)
+    assert recorder.failure is None
+    reader = LogReader(recorder.path)
+    assert len(list(reader.raw_messages())) == 1
+    assert reader.metadata[PART]["log"] == r"b\xff.mcap"

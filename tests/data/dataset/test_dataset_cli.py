@@ -1,5 +1,6 @@
 import json
 import re
+import shutil
 from pathlib import Path
 
 import cv2
@@ -30,6 +31,21 @@ def test_rebuild_says_what_it_did(write_practice, tmp_path: Path, capsys) -> Non
     assert "1 logs left out" in said
     assert "3 rows in" in said
     assert main([*command, "--strict"]) == 1
+
+
+def test_the_counts_of_a_rebuild_add_up_to_the_logs_given(write_practice, tmp_path: Path, capsys) -> None:
+    log = write_practice("a", 1)
+    command = ["rebuild", str(tmp_path), "--out", str(tmp_path / "ds"), "--workers", "1"]
+    assert main(command) == 0
+    other = write_practice("b", 2)
+    for name in ("c", "d"):
+        shutil.copy(other, tmp_path / f"{name}.mcap")
+    log.with_name("junk.mcap").write_bytes(b"junk")
+    capsys.readouterr()
+    assert main(command) == 0
+    said = capsys.readouterr().out
+    assert "3 of 5 logs read" in said
+    assert "1 known from before; 1 logs left out" in said
 
 
 def test_info(dataset: Path, capsys) -> None:
@@ -77,9 +93,12 @@ def test_bad_requests_are_one_line(dataset: Path, tmp_path: Path, capsys) -> Non
     assert "not COLUMN=VALUE with one of" in refusal(capsys, "sample", dataset, *out, "--where", "color=red")
     assert "no row of" in refusal(capsys, "sample", dataset, *out, "--where", "kind=home")
     assert "--count must be" in refusal(capsys, "sample", dataset, *out, "--count", "0")
+    assert "--seed must be 0 or more, not -1" in refusal(capsys, "sample", dataset, *out, "--seed", "-1")
     assert "must be a .png file" in refusal(capsys, "sample", dataset, "--out", "x.txt")
     assert "no .mcap logs in" in refusal(capsys, "rebuild", dataset, "--out", tmp_path / "other")
     assert "does not exist" in refusal(capsys, "rebuild", tmp_path / "none", "--out", tmp_path / "other")
+    (tmp_path / "a.mcap").touch()
+    assert r"ds\xff is no text" in refusal(capsys, "rebuild", tmp_path, "--out", tmp_path / "ds\udcff")
     assert "--workers must be" in refusal(capsys, "rebuild", tmp_path, "--out", tmp_path / "other", "--workers", "0")
     (dataset / "manifest.json").write_text("{")
     assert "manifest.json is not valid" in refusal(capsys, "info", dataset)

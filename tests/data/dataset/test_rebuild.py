@@ -212,18 +212,32 @@ def test_damaged_logs_are_left_out_with_their_reason(logs: list[Path], tmp_path:
     data[len(data) // 3] ^= 0xFF
     flipped.write_bytes(data)
     (odd.parent / "run-04.corrections.csv").write_text("step,field,value\n99,exclude,true\n")
+    os.mkfifo(tmp_path / "logs" / "pipe.mcap")
     with_lock = LogFile(tmp_path / "logs" / "now.mcap")
     done = make(tmp_path / "ds", logs[0].parent)
     with_lock.abandon()
     reasons = {log.name: log.reason for log in done.manifest.left_out}
-    assert set(reasons) == {f"run-{seed:02d}.mcap" for seed in range(5)} | {"now.mcap"}
+    assert set(reasons) == {f"run-{seed:02d}.mcap" for seed in range(5)} | {"now.mcap", "pipe.mcap"}
     assert "gi-log recover" in reasons["run-00.mcap"]
     assert "not an MCAP log" in reasons["run-01.mcap"]
     assert "is empty" in reasons["run-02.mcap"]
     assert "no step 99" in reasons["run-04.mcap"]
+    assert reasons["pipe.mcap"] == "it cannot be read: it is no regular file"
     assert reasons["now.mcap"] == "it is being written"
     assert done.manifest.rows == 21
     assert list(problems_of(Dataset(tmp_path / "ds"))) == []
+
+
+def test_a_log_with_the_longest_name_is_taken(logs: list[Path], tmp_path: Path) -> None:
+    long = logs[0].rename(logs[0].with_name(f"{'a' * 250}.mcap"))
+    assert make(tmp_path / "ds", long).manifest.left_out == ()
+
+
+def test_corrections_that_cannot_be_read_leave_a_known_log_out(logs: list[Path], tmp_path: Path) -> None:
+    make(tmp_path / "ds", *logs)
+    (logs[0].parent / "run-00.corrections.csv").mkdir()
+    (left_out,) = make(tmp_path / "ds", *logs).manifest.left_out
+    assert (left_out.name, left_out.reason) == ("run-00.mcap", "it cannot be read: Is a directory")
 
 
 def test_without_a_usable_log_there_is_no_dataset(tmp_path: Path) -> None:
