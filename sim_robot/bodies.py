@@ -12,7 +12,7 @@ from grasping_invisible.data.classes import RGB
 from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.sim_robot.blocks import BLOCKS, Solid
 from grasping_invisible.sim_robot.meshes import contact_file, load_solid, surface_file
-from grasping_invisible.sim_robot.scene import Scene, SceneObject
+from grasping_invisible.sim_robot.scene import MASS_LIMITS, Scene, SceneObject
 
 Position = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -90,7 +90,8 @@ def surface_friction(coefficient: float) -> float:
 
 def _spawn_one(name: str, item: SceneObject, workspace: Workspace, client: int) -> Body:
     solid = solid_of(item)
-    mass = item.mass if item.mass is not None else max(MIN_MASS, DENSITY * solid.volume)
+    by_volume = min(max(DENSITY * solid.volume, MIN_MASS), MASS_LIMITS[1])
+    mass = item.mass if item.mass is not None else by_volume
     friction = item.friction if item.friction is not None else FRICTION
     x, y, z = (center + offset for center, offset in zip(workspace.center, item.position, strict=True))
     center, rotation = _center_of_mass_pose(solid, (x, y, z), item.quaternion)

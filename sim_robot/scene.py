@@ -24,6 +24,9 @@ Task = Literal["exploration", "coordination", "invisible", "free"]
 COLORS: tuple[str, ...] = (GREY, *TARGET_COLORS)
 MAX_HEIGHT = 0.5  # metres above the table at which an object may start
 MAX_OBJECTS = 60
+SCALE_LIMITS = (1e-6, 1e3)
+MASS_LIMITS = (1e-3, 10.0)  # kg
+FRICTION_LIMITS = (0.01, 2.0)
 WHOLE_TASK_MOTIONS = 15  # to find a hidden target and to grasp it (paper, section VII-C)
 
 
@@ -48,10 +51,10 @@ class SceneObject(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     def __post_init__(self) -> None:
         _check_what(self)
         _check_pose(self)
-        for field, value, low, high in (
-            ("scale", self.scale, 1e-6, 1e3),
-            ("mass", self.mass, 1e-3, 10.0),
-            ("friction", self.friction, 0.01, 2.0),
+        for field, value, (low, high) in (
+            ("scale", self.scale, SCALE_LIMITS),
+            ("mass", self.mass, MASS_LIMITS),
+            ("friction", self.friction, FRICTION_LIMITS),
         ):
             if value is not None and not low <= value <= high:
                 raise ValueError(f"{field} must lie within {low:g} and {high:g}, not {value}")

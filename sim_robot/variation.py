@@ -11,8 +11,8 @@ import numpy as np
 import pybullet as p
 
 from grasping_invisible.runtime.workspace import Workspace
-from grasping_invisible.sim_robot.bodies import FRICTION, Body, Position, Quaternion, spawn
-from grasping_invisible.sim_robot.scene import Scene, SceneObject
+from grasping_invisible.sim_robot.bodies import Body, Position, Quaternion, spawn
+from grasping_invisible.sim_robot.scene import FRICTION_LIMITS, MASS_LIMITS, Scene, SceneObject
 
 SHIFT = 0.002  # metres along x and y
 TURN = math.radians(1.5)
@@ -26,7 +26,8 @@ TOLERANCE = 0.0001
 def vary(scene: Scene, seed: int) -> Scene:
     """The scene with poses jittered by up to 2 mm and 1.5 degrees, masses by 10 % and friction by 15 %.
 
-    The same scene and seed give the same result. Heights and tilts stay; only x, y and yaw change.
+    Heights and tilts stay; only x, y and yaw change. Mass and friction stay within what a scene file may say.
+    The same scene and seed give the same result.
     """
     rng = np.random.default_rng(seed)
     client = p.connect(p.DIRECT)
@@ -51,9 +52,15 @@ def _varied(body: Body, rng: np.random.Generator) -> SceneObject:
         position=(min(max(x, -half), half), min(max(y, -half), half), max(z, 0.0)),
         quaternion_xyzw=quaternion,
         yaw=None,
-        mass=body.mass * rng.uniform(1 - MASS_RANGE, 1 + MASS_RANGE),
-        friction=(body.item.friction or FRICTION) * rng.uniform(1 - FRICTION_RANGE, 1 + FRICTION_RANGE),
+        mass=_varied_within(MASS_LIMITS, body.mass, MASS_RANGE, rng),
+        friction=_varied_within(FRICTION_LIMITS, body.friction, FRICTION_RANGE, rng),
     )
+
+
+def _varied_within(limits: tuple[float, float], value: float, share: float, rng: np.random.Generator) -> float:
+    """The value, more or less by up to its `share`, and never beyond the limits."""
+    low, high = limits
+    return min(max(value * rng.uniform(1 - share, 1 + share), low), high)
 
 
 def _move_if_free(moved: list[Body], bodies: list[Body], rng: np.random.Generator, share: float) -> None:
