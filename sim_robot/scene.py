@@ -24,6 +24,7 @@ Task = Literal["exploration", "coordination", "invisible", "free"]
 COLORS: tuple[str, ...] = (GREY, *TARGET_COLORS)
 MAX_HEIGHT = 0.5  # metres above the table at which an object may start
 MAX_OBJECTS = 60
+MAX_MOTIONS = 1000
 SCALE_LIMITS = (1e-6, 1e3)
 MASS_LIMITS = (1e-3, 10.0)  # kg
 FRICTION_LIMITS = (0.01, 2.0)
@@ -93,8 +94,10 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
             raise ValueError("name must not be empty")
         if self.target not in TARGET_COLORS:
             raise ValueError(f"unknown target {self.target!r}; known: {', '.join(TARGET_COLORS)}")
-        if self.max_motions < 1 or (self.clusters is not None and self.clusters < 1):
-            raise ValueError("max_motions and clusters must be at least 1")
+        if not 1 <= self.max_motions <= MAX_MOTIONS:
+            raise ValueError(f"max_motions must lie within 1 and {MAX_MOTIONS}, not {self.max_motions}")
+        if self.clusters is not None and self.clusters < 1:
+            raise ValueError(f"clusters must be at least 1, not {self.clusters}")
         if not 1 <= len(self.objects) <= MAX_OBJECTS:
             raise ValueError(f"objects must hold 1 to {MAX_OBJECTS} objects, not {len(self.objects)}")
         if all(item.color != self.target for item in self.objects):
