@@ -133,7 +133,7 @@ def load_scene(name_or_path: str | Path) -> Scene:
 
 
 def save_scene(scene: Scene, path: str | Path) -> None:
-    """Write a scene file; meshes are written relative to its folder."""
+    """Write a scene file; meshes are written relative to its folder. Raises `BadInput` where it cannot be written."""
     path = Path(path)
     lines = [
         f"name = {_toml(scene.name)}",
@@ -145,7 +145,10 @@ def save_scene(scene: Scene, path: str | Path) -> None:
         lines.append(f"clusters = {scene.clusters}")
     for item in scene.objects:
         lines += ["", "[[objects]]", *_object_lines(item, path.resolve().parent)]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    try:
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise BadInput(f"scene {path} cannot be written: {error.strerror}") from None
 
 
 def _shipped() -> Traversable:

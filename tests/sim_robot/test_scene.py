@@ -146,6 +146,11 @@ def test_paths_that_are_no_scene(path):
         load_scene(path)
 
 
+def test_a_scene_that_cannot_be_written_is_one_line(tmp_path):
+    with pytest.raises(BadInput, match=r"scene .* cannot be written: Is a directory"):
+        save_scene(load_scene("coordination-00"), tmp_path)
+
+
 def test_a_scene_without_objects_is_none(tmp_path):
     (tmp_path / "empty.toml").write_text('name = "x"\ntarget = "red"\nobjects = []\n')
     with pytest.raises(BadInput, match="1 to 60 objects"):

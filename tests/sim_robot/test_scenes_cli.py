@@ -3,6 +3,9 @@ from pathlib import Path
 import pytest
 import trimesh
 
+from grasping_invisible.runtime.errors import RobotError
+from grasping_invisible.sim_robot import scenes_cli
+from grasping_invisible.sim_robot.generate import generate_scene
 from grasping_invisible.sim_robot.scene import load_scene
 from grasping_invisible.sim_robot.scenes_cli import main
 from grasping_invisible.sim_robot.world import World
@@ -60,12 +63,36 @@ def test_what_is_there_already_stays(tmp_path: Path, capsys: pytest.CaptureFixtu
         (("--mesh", "nowhere.stl"), "nowhere.stl does not exist"),
         (("--count", "0"), "--count must be at least 1"),
         (("--targets", "9"), "targets must lie within 1 and 7"),
+        (("--out", __file__), "test_scenes_cli.py cannot be made a folder: File exists"),
+        (("--out", f"{__file__}/scenes"), "cannot be made a folder: Not a directory"),
+        (("--scale", "0.001"), "--scale is for a --mesh"),
+        (("--mesh", "lid.stl", "--scale", "-1"), "--scale must lie within 1e-06 and 1000, not -1"),
+        (("--mesh", "lid.stl", "--scale", "0"), "--scale must lie within 1e-06 and 1000, not 0"),
+        (("--mesh", "lid.stl", "--scale", "nan"), "--scale must lie within 1e-06 and 1000, not nan"),
     ],
 )
-def test_bad_input_is_one_line(tmp_path: Path, wrong: tuple[str, str], said: str, capsys: pytest.CaptureFixture[str]):
+def test_bad_input_is_one_line(tmp_path: Path, wrong: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]):
     assert main(["generate", "--out", str(tmp_path), *wrong]) == 2
-    (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("gi-scenes:")]
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("gi-scenes:")
     assert said in line
+
+
+def test_a_seed_that_fails_does_not_lose_the_others(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    def generate_two(seed: int, *arguments):
+        if seed % 2:
+            raise RobotError("it never came to rest")
+        return generate_scene(seed, *arguments)
+
+    monkeypatch.setattr(scenes_cli, "generate_scene", generate_two)
+    assert main(["generate", "--out", str(tmp_path), "--count", "4", "--blocks", "1"]) == 3
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["packed-0.toml", "packed-2.toml"]
+    captured = capsys.readouterr()
+    assert f"2 scenes in {tmp_path}" in captured.out
+    (line,) = [line for line in captured.err.splitlines() if line.startswith("gi-scenes:")]
+    assert line == "gi-scenes: 2 of 4 scenes failed, of seed 1, 3: it never came to rest"
 
 
 def test_the_shipped_scenes_are_listed(capsys: pytest.CaptureFixture[str]):
