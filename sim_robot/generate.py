@@ -7,7 +7,6 @@ import numpy as np
 
 from grasping_invisible.data.classes import GREY, TARGET_COLORS
 from grasping_invisible.runtime.errors import BadInput, RobotError
-from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.sim_robot import piles
 from grasping_invisible.sim_robot.camera import default_camera, render
 from grasping_invisible.sim_robot.piles import Kind, Lying, Rectangle
@@ -219,9 +218,7 @@ def _settled(scene: Scene, hidden: bool, rng: np.random.Generator) -> Scene | No
 def _strays(world: World) -> list[str]:
     """Names of the objects that do not lie well inside the workspace."""
     middle = np.array(world.workspace.center[:2])
-    return [
-        state.name for state in world.object_states() if np.abs(np.array(state.position[:2]) - middle).max() > REACH
-    ]
+    return [name for name, at in world.middles().items() if np.abs(np.array(at[:2]) - middle).max() > REACH]
 
 
 def _drop_again(world: World, names: list[str], rng: np.random.Generator) -> None:
@@ -230,7 +227,7 @@ def _drop_again(world: World, names: list[str], rng: np.random.Generator) -> Non
         x, y = np.array(world.workspace.center[:2]) + rng.uniform(-0.6 * REACH, 0.6 * REACH, 2)
         quaternion = rng.normal(size=4)
         qx, qy, qz, qw = (float(value) for value in quaternion / np.linalg.norm(quaternion))
-        world.place(name, (float(x), float(y), 0.25), (qx, qy, qz, qw))
+        world.place_middle(name, (float(x), float(y), 0.25), (qx, qy, qz, qw))
         world.step(60)
 
 
@@ -241,16 +238,8 @@ def _target_pixels(world: World) -> int:
 
 def _as_it_lies(world: World) -> Scene:
     """The world's scene with every object where it is now."""
-    half = Workspace().size / 2
     objects = []
     for item, state in zip(world.scene.objects, world.object_states(), strict=True):
         x, y, z = (float(value) for value in np.array(state.position) - world.workspace.center)
-        objects.append(
-            msgspec.structs.replace(
-                item,
-                position=(float(np.clip(x, -half, half)), float(np.clip(y, -half, half)), max(z, 0.0)),
-                quaternion_xyzw=state.quaternion,
-                yaw=None,
-            )
-        )
+        objects.append(msgspec.structs.replace(item, position=(x, y, z), quaternion_xyzw=state.quaternion, yaw=None))
     return msgspec.structs.replace(world.scene, objects=tuple(objects))

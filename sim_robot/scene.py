@@ -18,11 +18,12 @@ import numpy as np
 from grasping_invisible.data.classes import GREY, TARGET_COLORS
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.workspace import Workspace
-from grasping_invisible.sim_robot.blocks import BLOCKS
+from grasping_invisible.sim_robot.blocks import BLOCKS, Vector
 
 Task = Literal["exploration", "coordination", "invisible", "free"]
 COLORS: tuple[str, ...] = (GREY, *TARGET_COLORS)
 MAX_HEIGHT = 0.5  # metres above the table at which an object may start
+FRAME_REACH = 0.4  # metres from the middle of a mesh at which its own frame may be
 MAX_OBJECTS = 60
 MAX_MOTIONS = 1000
 SCALE_LIMITS = (1e-6, 1e3)
@@ -34,9 +35,10 @@ WHOLE_TASK_MOTIONS = 15  # to find a hidden target and to grasp it (paper, secti
 class SceneObject(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """One object: a built-in block or a mesh, its colour, and its pose in the workspace frame.
 
-    `position`: of the object's own origin, metres. The orientation is `quaternion_xyzw` (object to workspace)
-    or `yaw` (radians about z) or neither. `mass` (kg) and `friction` (coefficient against its own kind) are
-    the world's defaults where absent. `scale` multiplies a mesh's lengths into metres.
+    `position`: of the object's own origin, metres; that of a mesh may lie outside the workspace. The orientation
+    is `quaternion_xyzw` (object to workspace) or `yaw` (radians about z) or neither. `mass` (kg) and `friction`
+    (coefficient against its own kind) are the world's defaults where absent. `scale` multiplies a mesh's lengths into
+    metres.
     """
 
     shape: str | None = None
@@ -111,6 +113,16 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
         An exploration's `max_motions` are for finding alone; finding and grasping get the paper's 15.
         """
         return WHOLE_TASK_MOTIONS if self.task == "exploration" else self.max_motions
+
+
+def position_limits(item: SceneObject) -> tuple[Vector, Vector]:
+    """The least and the most x, y and z of an object's position, metres.
+
+    A block lies where its origin is. A mesh may lie beside its own, and `spawn` sees whether it is over the workspace.
+    """
+    reach = 0.0 if item.mesh is None else FRAME_REACH
+    half = Workspace().size / 2 + reach
+    return (-half, -half, -reach), (half, half, MAX_HEIGHT + reach)
 
 
 def scene_names() -> list[str]:
@@ -208,12 +220,11 @@ def _check_what(item: SceneObject) -> None:
 
 def _check_pose(item: SceneObject) -> None:
     """Raises ValueError where a pose is not finite, not over the workspace, or given twice."""
-    half = Workspace().size / 2
-    x, y, z = item.position
-    if not (abs(x) <= half and abs(y) <= half and 0.0 <= z <= MAX_HEIGHT):
+    (_, _, low), (half, _, high) = limits = position_limits(item)
+    if not all(least <= value <= most for least, value, most in zip(limits[0], item.position, limits[1], strict=True)):
         raise ValueError(
             f"position {list(item.position)} lies outside the workspace: "
-            f"x and y within {half} m of its centre, z from 0 to {MAX_HEIGHT} m"
+            f"x and y within {half:g} m of its centre, z from {low:g} to {high:g} m"
         )
     if item.quaternion_xyzw is not None and item.yaw is not None:
         raise ValueError("an object has either quaternion_xyzw or yaw")

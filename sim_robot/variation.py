@@ -12,7 +12,7 @@ import pybullet as p
 
 from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.sim_robot.bodies import Body, Position, Quaternion, spawn
-from grasping_invisible.sim_robot.scene import FRICTION_LIMITS, MASS_LIMITS, Scene, SceneObject
+from grasping_invisible.sim_robot.scene import FRICTION_LIMITS, MASS_LIMITS, Scene, SceneObject, position_limits
 
 SHIFT = 0.002  # metres along x and y
 TURN = math.radians(1.5)
@@ -45,11 +45,11 @@ def vary(scene: Scene, seed: int) -> Scene:
 
 
 def _varied(body: Body, rng: np.random.Generator) -> SceneObject:
-    (x, y, z), quaternion = body.pose()
-    half = Workspace().size / 2
+    position, quaternion = body.pose()
+    x, y, z = (float(value) for value in np.clip(position, *position_limits(body.item)))
     return msgspec.structs.replace(
         body.item,
-        position=(min(max(x, -half), half), min(max(y, -half), half), max(z, 0.0)),
+        position=(x, y, z),
         quaternion_xyzw=quaternion,
         yaw=None,
         mass=_varied_within(MASS_LIMITS, body.mass, MASS_RANGE, rng),
@@ -70,7 +70,7 @@ def _move_if_free(moved: list[Body], bodies: list[Body], rng: np.random.Generato
     others = [body for body in bodies if body not in moved]
     before = [body.pose() for body in moved]
     gaps = _gaps(moved, others)
-    middle = np.mean([position[:2] for position, _ in before], axis=0)
+    middle = np.mean([body.middle()[:2] for body in moved], axis=0)
     for body, pose in zip(moved, before, strict=True):
         body.place(*_moved(pose, middle, dx, dy, turn))
     after = _gaps(moved, others)

@@ -14,6 +14,7 @@ from grasping_invisible.sim_robot.bodies import (
     FRICTION,
     Position,
     Quaternion,
+    frame_with,
     spawn,
     surface_friction,
 )
@@ -109,10 +110,18 @@ class World:
         """The deepest overlap of two objects, or one and the table, metres; 0 where none touch."""
         return max((depth for _, _, depth in self._overlaps()), default=0.0)
 
+    def middles(self) -> dict[str, Position]:
+        """Where the middle of every object's bounding box is, metres, base frame, by name."""
+        return {name: body.middle() for name, body in self._objects.items()}
+
     def place(self, name: str, position: Position, quaternion: Quaternion) -> None:
         """Put an object's own frame at a pose of the base frame, at rest: to set scenes up."""
         self._objects[name].place(position, quaternion)
         self.wake()
+
+    def place_middle(self, name: str, middle: Position, quaternion: Quaternion) -> None:
+        """Put the middle of an object's bounding box at a pose of the base frame, at rest."""
+        self.place(name, frame_with(self._objects[name].solid.middle, middle, quaternion), quaternion)
 
     def remove(self, name: str) -> None:
         """Take an object out of the world."""

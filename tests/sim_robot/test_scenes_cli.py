@@ -1,11 +1,12 @@
 from pathlib import Path
 
+import pybullet as p
 import pytest
 import trimesh
 
 from grasping_invisible.runtime.errors import RobotError
 from grasping_invisible.sim_robot import scenes_cli
-from grasping_invisible.sim_robot.generate import generate_scene
+from grasping_invisible.sim_robot.generate import REACH, generate_scene
 from grasping_invisible.sim_robot.scene import load_scene
 from grasping_invisible.sim_robot.scenes_cli import main
 from grasping_invisible.sim_robot.world import World
@@ -36,6 +37,35 @@ def test_scenes_hold_the_mesh_as_their_target_at_rest(tmp_path: Path, lid: Path,
     for was, state in zip(before, world.object_states(), strict=True):
         assert state.position == pytest.approx(was, abs=0.004)
     world.close()
+
+
+@pytest.mark.parametrize("style", ["packed", "scattered", "covered"])
+@pytest.mark.parametrize("middle", [(0.0, 0.0, 0.0275), (0.0, 0.0, 0.055), (0.0, 0.0, -0.3), (0.1, 0.0, 0.025)])
+def test_a_mesh_lies_where_it_came_to_rest_wherever_its_frame_is(tmp_path: Path, style: str, middle: tuple):
+    mesh = tmp_path / "far.stl"
+    trimesh.creation.box((0.05, 0.05, 0.05)).apply_translation(middle).export(mesh)
+    arguments = ["generate", "--out", str(tmp_path), "--count", "2", "--style", style, "--blocks", "5"]
+    assert main([*arguments, "--mesh", str(mesh)]) == 0
+    for path in tmp_path.glob("*.toml"):
+        scene = load_scene(path)
+        world = World(scene, None)
+        before = world.middles()
+        world.settle()
+        for name, at in world.middles().items():
+            assert at == pytest.approx(before[name], abs=0.004)
+            assert max(abs(at[0] - world.workspace.center[0]), abs(at[1])) <= REACH
+        low, _ = p.getAABB(world.bodies["00_" + scene.target + "_far"], physicsClientId=world.client)
+        touching = p.getContactPoints(world.bodies["00_" + scene.target + "_far"], physicsClientId=world.client)
+        assert touching, f"it floats at {low[2]:.3f} m"
+        world.close()
+
+
+def test_a_mesh_far_from_its_frame_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    mesh = tmp_path / "far.stl"
+    trimesh.creation.box((0.05, 0.05, 0.05)).apply_translation((1.0, 0.0, 0.0)).export(mesh)
+    assert main(["generate", "--out", str(tmp_path), "--count", "1", "--mesh", str(mesh)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"the frame of mesh {mesh} is 1 m from the middle of the mesh: move its origin to within 0.4 m" in line
 
 
 def test_a_mesh_that_no_block_covers_is_hidden_under_two(tmp_path: Path):

@@ -69,3 +69,15 @@ def test_a_large_mesh_of_no_given_mass_can_be_varied(tmp_path):
     item = SceneObject(mesh=str(path), color="red", position=(0.0, 0.0, 0.15))
     (varied,) = vary(Scene(name="crate", target="red", objects=(item,)), 0).objects
     assert varied.mass == pytest.approx(MASS_LIMITS[1], rel=MASS_RANGE)
+
+
+def test_a_mesh_turns_about_itself_and_not_about_its_frame(tmp_path):
+    path = tmp_path / "far.stl"
+    trimesh.creation.box((0.05, 0.05, 0.05)).apply_translation((0.4, 0.0, 0.0)).export(path)
+    item = SceneObject(mesh=str(path), color="red", position=(-0.4, 0.0, 0.025))
+    scene = Scene(name="far", target="red", objects=(item,))
+    for seed in range(8):
+        world = World(scene, seed)
+        x, y, z = world.middles()["00_red_far"]
+        assert math.dist((x, y, z), (world.workspace.center[0], 0.0, 0.025)) < SHIFT * math.sqrt(2) + 1e-6
+        world.close()
