@@ -35,6 +35,10 @@ STILL_TIME = 0.1  # seconds without faster motion
 MAX_SPEED, MAX_DISTANCE = 20.0, 5.0  # metres a second and metres: beyond, the physics is broken
 
 
+class ObjectsOverlap(BadInput):
+    """A scene whose objects start inside each other, or inside the table."""
+
+
 @dataclass(frozen=True)
 class ObjectState:
     """Where an object is: its own frame in the base frame, metres and quaternion (x, y, z, w)."""
@@ -52,7 +56,8 @@ class World:
     """A scene under physics.
 
     `seed` chooses a variation of the scene (poses, masses, friction, see `vary`); None takes it as written.
-    Raises `BadInput` for a mesh that cannot be used or objects that overlap. Not for several threads.
+    Raises `BadInput` for a mesh that cannot be used, `ObjectsOverlap` for objects in each other. Not for several
+    threads.
     """
 
     def __init__(self, scene: Scene, seed: int | None, workspace: Workspace | None = None, gui: bool = False) -> None:
@@ -240,4 +245,4 @@ class World:
     def _refuse_overlaps(self) -> None:
         for first, second, depth in self._overlaps():
             if depth > MAX_START_OVERLAP:
-                raise BadInput(f"scene {self.scene.name}: {first} and {second} overlap by {1000 * depth:.0f} mm")
+                raise ObjectsOverlap(f"scene {self.scene.name}: {first} and {second} overlap by {1000 * depth:.0f} mm")
