@@ -122,7 +122,7 @@ def position_limits(item: SceneObject) -> tuple[Vector, Vector]:
     """
     reach = 0.0 if item.mesh is None else FRAME_REACH
     half = Workspace().size / 2 + reach
-    return (-half, -half, -reach), (half, half, MAX_HEIGHT + reach)
+    return (-half, -half, 0.0 - reach), (half, half, MAX_HEIGHT + reach)
 
 
 def scene_names() -> list[str]:

@@ -120,7 +120,11 @@ def test_unknown_scene_lists_the_known_ones():
         ('color = "red"', 'color = "pink"', "unknown color 'pink'; known: grey, red"),
         ("[0.0, 0.1, 0.025]", "[0.0, nan, 0.025]", "outside the workspace"),
         ("[0.0, 0.1, 0.025]", "[0.0, 0.1, inf]", "outside the workspace"),
-        ("[0.0, 0.1, 0.025]", "[0.3, 0.1, 0.025]", "outside the workspace"),
+        (
+            "[0.0, 0.1, 0.025]",
+            "[0.3, 0.1, 0.025]",
+            "outside the workspace: x and y within 0.224 m of its centre, z from 0 to 0.5 m",
+        ),
         ("[0.0, 0.1, 0.025]", "[0.0, 0.1, -0.01]", "outside the workspace"),
         ("[0.0, 0.1, 0.025]", "[0.0, 0.1]", "position"),
         ("[0.0, 0.1, 0.025]", "[0.0, 0.1, 0.025]\nyaw = nan", "yaw must be finite"),
