@@ -30,8 +30,8 @@ CROWN_INSET = 0.0006
 class Solid:
     """The geometry of one kind of object, in its own frame, metres.
 
-    `size`: extents along x, y and z of the bounding box. `volume`: cubic metres. `pieces`: convex parts that
-    together are the body, where `kind` is "pieces". `surface`: what the camera sees.
+    `size`: extents along x, y and z of the bounding box. `middle`: where its middle is. `volume`: cubic metres.
+    `pieces`: convex parts that together are the body, where `kind` is "pieces". `surface`: what the camera sees.
     """
 
     name: str
@@ -41,6 +41,7 @@ class Solid:
     surface: trimesh.Trimesh
     center_of_mass: Vector = (0.0, 0.0, 0.0)
     pieces: tuple[trimesh.Trimesh, ...] = ()
+    middle: Vector = (0.0, 0.0, 0.0)
 
 
 def box(name: str, size: Vector) -> Solid:

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import pybullet as p
 
 from grasping_invisible.data.classes import RGB
+from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.sim_robot.blocks import BLOCKS, Solid
 from grasping_invisible.sim_robot.meshes import contact_file, load_solid, surface_file
-from grasping_invisible.sim_robot.scene import Scene, SceneObject
+from grasping_invisible.sim_robot.scene import MASS_LIMITS, Scene, SceneObject
 
 Position = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -20,6 +21,7 @@ Quaternion = tuple[float, float, float, float]
 DENSITY = 600.0  # kg / m^3, of beech and pine blocks: a cube weighs 75 g
 MIN_MASS = 0.01  # kg; lighter bodies make a solver that also carries a robot arm jitter
 FRICTION = 0.55  # coefficient of wood on wood, and of wood on the table
+OUTSIDE = 0.01  # metres that a mesh's middle may lie outside the workspace, or in the table: variation moves it
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 
@@ -40,6 +42,11 @@ class Body:
         position, quaternion = p.getBasePositionAndOrientation(self.id, physicsClientId=self.client)
         to_origin = tuple(-value for value in self.solid.center_of_mass)
         return p.multiplyTransforms(position, quaternion, to_origin, IDENTITY)
+
+    def middle(self) -> Position:
+        """Where the middle of its bounding box is, metres, base frame."""
+        middle, _ = p.multiplyTransforms(*self.pose(), self.solid.middle, IDENTITY)
+        return middle
 
     def place(self, position: Position, quaternion: Quaternion) -> None:
         """Put the object's own frame at a pose of the base frame, at rest."""
@@ -62,6 +69,13 @@ class Body:
         return min((point[8] for point in points), default=within)
 
 
+def frame_with(point: Position, place: Position, quaternion: Quaternion) -> Position:
+    """Where the own frame of an object turned by `quaternion` is, when a `point` of that frame is at `place`."""
+    x, y, z = point
+    position, _ = p.multiplyTransforms(place, quaternion, (-x, -y, -z), IDENTITY)
+    return position
+
+
 def solid_of(item: SceneObject) -> Solid:
     """The geometry of an object. Raises `BadInput` for a mesh that cannot be used."""
     if item.mesh is not None:
@@ -75,8 +89,13 @@ def body_name(index: int, item: SceneObject) -> str:
 
 
 def spawn(scene: Scene, workspace: Workspace, client: int) -> dict[str, Body]:
-    """Make a body of every object of a scene, by name, in the scene's order."""
+    """Make a body of every object of a scene, by name, in the scene's order.
+
+    Raises `BadInput` for a mesh that cannot be used, or that lies outside the workspace although its frame may.
+    """
     bodies = [_spawn_one(body_name(index, item), item, workspace, client) for index, item in enumerate(scene.objects)]
+    for body in bodies:
+        _refuse_outside(body, workspace)
     return {body.name: body for body in bodies}
 
 
@@ -90,7 +109,8 @@ def surface_friction(coefficient: float) -> float:
 
 def _spawn_one(name: str, item: SceneObject, workspace: Workspace, client: int) -> Body:
     solid = solid_of(item)
-    mass = item.mass if item.mass is not None else max(MIN_MASS, DENSITY * solid.volume)
+    by_volume = min(max(DENSITY * solid.volume, MIN_MASS), MASS_LIMITS[1])
+    mass = item.mass if item.mass is not None else by_volume
     friction = item.friction if item.friction is not None else FRICTION
     x, y, z = (center + offset for center, offset in zip(workspace.center, item.position, strict=True))
     center, rotation = _center_of_mass_pose(solid, (x, y, z), item.quaternion)
@@ -124,6 +144,19 @@ def _spawn_one(name: str, item: SceneObject, workspace: Workspace, client: int) 
         physicsClientId=client,
     )
     return Body(name, body, client, item, solid, mass, friction)
+
+
+def _refuse_outside(body: Body, workspace: Workspace) -> None:
+    if body.item.mesh is None:
+        return  # its position says where it is, and the scene has seen to that
+    x, y, z = (value - center for value, center in zip(body.middle(), workspace.center, strict=True))
+    height = p.getBasePositionAndOrientation(body.id, physicsClientId=body.client)[0][2] - workspace.center[2]
+    half = workspace.size / 2
+    if max(abs(x), abs(y)) > half + OUTSIDE or height < -OUTSIDE:
+        raise BadInput(
+            f"{body.name} lies outside the workspace: the middle of mesh {body.item.mesh} is at "
+            f"[{x:.3f}, {y:.3f}, {z:.3f}], not above the table with x and y within {half:g} m of its centre"
+        )
 
 
 def _contact_shape(solid: Solid, client: int) -> int:

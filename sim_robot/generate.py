@@ -1,5 +1,6 @@
 """Random clutter from a seed, settled by physics: what models are trained on and chosen by."""
 
+import math
 from typing import Literal, get_args
 
 import msgspec
@@ -7,12 +8,11 @@ import numpy as np
 
 from grasping_invisible.data.classes import GREY, TARGET_COLORS
 from grasping_invisible.runtime.errors import BadInput, RobotError
-from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.sim_robot import piles
 from grasping_invisible.sim_robot.camera import default_camera, render
 from grasping_invisible.sim_robot.piles import Kind, Lying, Rectangle
 from grasping_invisible.sim_robot.scene import MAX_OBJECTS, Scene, SceneObject
-from grasping_invisible.sim_robot.world import World
+from grasping_invisible.sim_robot.world import ObjectsOverlap, World
 
 Style = Literal["scattered", "packed", "stacked", "covered"]
 STYLES: tuple[Style, ...] = get_args(Style)
@@ -28,6 +28,7 @@ HOLLOW = 0.3  # share of the piles beside the target's in a covered scene that h
 CLOSE = 0.4  # share of covered scenes whose piles stand close to each other
 NEARNESS = 0.16  # metres, along x and y, between such a pile and the first
 COLUMN_STEP, LAYER_STEP = 0.125, 0.125  # metres between objects about to be dropped; no block is longer
+LOWEST, HIGHEST = 0.09, 0.49  # metres, of the middles of blocks about to be dropped
 
 
 def generate_scene(
@@ -86,18 +87,29 @@ def _draw(name: str, style: Style, colors: list[str], target: Kind | None, rng: 
 
 
 def _about_to_drop(colors: list[str], target: Kind | None, rng: np.random.Generator) -> list[SceneObject]:
-    """Objects in the air in random orientations, in columns with room for any block, low layers first."""
+    """Objects in the air in random orientations, in columns with room for any block, low layers first.
+
+    Where there are many, the layers are closer. A mesh that may not fit in a column is above all blocks.
+    """
     heights = np.zeros(9, int)
-    objects = []
+    drops = []
     for color in colors:
         column = rng.choice(np.flatnonzero(heights <= heights.min() + rng.integers(2)))
-        x, y = (np.array(divmod(int(column), 3)) - 1) * COLUMN_STEP
-        z = min(0.09 + LAYER_STEP * heights[column], 0.49)
+        layer = heights[column]
         heights[column] += 1
         quaternion = rng.normal(size=4)
         qx, qy, qz, qw = (float(value) for value in quaternion / np.linalg.norm(quaternion))
-        kind = target if target and not objects else piles.any_kind(rng)
-        objects.append(piles.as_scene_object(kind, color, (float(x), float(y), float(z)), (qx, qy, qz, qw)))
+        kind = target if target and not drops else piles.any_kind(rng)
+        drops.append((kind, color, int(column), layer, (qx, qy, qz, qw)))
+    step = min(LAYER_STEP, (HIGHEST - LOWEST) / max(heights.max() - 1, 1))
+    objects = []
+    for kind, color, column, layer, rotation in drops:
+        x, y = (np.array(divmod(column, 3)) - 1) * COLUMN_STEP
+        middle = (float(x), float(y), float(LOWEST + step * layer))
+        across = math.hypot(*kind.size)
+        if across > COLUMN_STEP:
+            middle = (0.0, 0.0, float(LOWEST + step * heights.max() + across / 2))
+        objects.append(piles.as_scene_object(kind, color, middle, rotation))
     return objects
 
 
@@ -199,8 +211,14 @@ def _free_place(
 
 
 def _settled(scene: Scene, hidden: bool, rng: np.random.Generator) -> Scene | None:
-    """The scene as it comes to rest; None where it does not, not in the workspace, or not `hidden` as it should."""
-    world = World(scene, None)
+    """The scene as it comes to rest; None where it does not, not in the workspace, or not `hidden` as it should.
+
+    None, too, where its objects overlap before they fall: long ones in a column of many may.
+    """
+    try:
+        world = World(scene, None)
+    except ObjectsOverlap:
+        return None
     try:
         still = world.settle(SETTLE_SECONDS)
         for _ in range(8):
@@ -219,9 +237,7 @@ def _settled(scene: Scene, hidden: bool, rng: np.random.Generator) -> Scene | No
 def _strays(world: World) -> list[str]:
     """Names of the objects that do not lie well inside the workspace."""
     middle = np.array(world.workspace.center[:2])
-    return [
-        state.name for state in world.object_states() if np.abs(np.array(state.position[:2]) - middle).max() > REACH
-    ]
+    return [name for name, at in world.middles().items() if np.abs(np.array(at[:2]) - middle).max() > REACH]
 
 
 def _drop_again(world: World, names: list[str], rng: np.random.Generator) -> None:
@@ -230,7 +246,7 @@ def _drop_again(world: World, names: list[str], rng: np.random.Generator) -> Non
         x, y = np.array(world.workspace.center[:2]) + rng.uniform(-0.6 * REACH, 0.6 * REACH, 2)
         quaternion = rng.normal(size=4)
         qx, qy, qz, qw = (float(value) for value in quaternion / np.linalg.norm(quaternion))
-        world.place(name, (float(x), float(y), 0.25), (qx, qy, qz, qw))
+        world.place_middle(name, (float(x), float(y), 0.25), (qx, qy, qz, qw))
         world.step(60)
 
 
@@ -241,16 +257,8 @@ def _target_pixels(world: World) -> int:
 
 def _as_it_lies(world: World) -> Scene:
     """The world's scene with every object where it is now."""
-    half = Workspace().size / 2
     objects = []
     for item, state in zip(world.scene.objects, world.object_states(), strict=True):
         x, y, z = (float(value) for value in np.array(state.position) - world.workspace.center)
-        objects.append(
-            msgspec.structs.replace(
-                item,
-                position=(float(np.clip(x, -half, half)), float(np.clip(y, -half, half)), max(z, 0.0)),
-                quaternion_xyzw=state.quaternion,
-                yaw=None,
-            )
-        )
+        objects.append(msgspec.structs.replace(item, position=(x, y, z), quaternion_xyzw=state.quaternion, yaw=None))
     return msgspec.structs.replace(world.scene, objects=tuple(objects))

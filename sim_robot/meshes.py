@@ -99,8 +99,9 @@ def _load_solid(path: str, scale: float, changed: int) -> Solid:
     volume, center = mass_properties([mesh] if mesh.is_watertight else list(pieces))
     if volume < 1e-9:
         raise BadInput(f"mesh {path} encloses no volume")
-    size = tuple(float(extent) for extent in mesh.extents)
-    return Solid(Path(path).stem, "pieces", (size[0], size[1], size[2]), volume, mesh, center, pieces)
+    width, depth, height = (float(extent) for extent in mesh.extents)
+    x, y, z = (float(value) for value in mesh.bounds.mean(axis=0))
+    return Solid(Path(path).stem, "pieces", (width, depth, height), volume, mesh, center, pieces, (x, y, z))
 
 
 def _load_mesh(path: str, scale: float) -> trimesh.Trimesh:

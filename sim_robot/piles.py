@@ -13,8 +13,9 @@ import pybullet as p
 
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.sim_robot.blocks import BLOCKS, Vector
+from grasping_invisible.sim_robot.bodies import frame_with
 from grasping_invisible.sim_robot.meshes import load_solid
-from grasping_invisible.sim_robot.scene import SceneObject
+from grasping_invisible.sim_robot.scene import FRAME_REACH, SceneObject
 
 Quaternion = tuple[float, float, float, float]
 Rectangle = tuple[tuple[float, float], tuple[float, float], float]
@@ -62,10 +63,14 @@ def block_kind(shape: str) -> Kind:
 
 def mesh_kind(path: str, scale: float) -> Kind:
     """A mesh file, which rests as it stands in its file. Raises `BadInput` where it cannot be used."""
-    low, high = load_solid(path, scale).surface.bounds
-    x, y, z = (float(value) for value in (low + high) / 2)
-    width, depth, height = (float(value) for value in high - low)
-    return Kind((width, depth, height), (UPRIGHT,), None, path, scale, (x, y, z))
+    solid = load_solid(path, scale)
+    away = math.hypot(*solid.middle)
+    if away > FRAME_REACH:
+        raise BadInput(
+            f"the frame of mesh {path} is {away:.3g} m from the middle of the mesh: "
+            f"move its origin to within {FRAME_REACH} m of it, at best into it"
+        )
+    return Kind(solid.size, (UPRIGHT,), None, path, scale, solid.middle)
 
 
 def any_kind(rng: np.random.Generator) -> Kind:
@@ -239,13 +244,12 @@ def as_object(block: Lying, color: str, x: float, y: float, yaw: float) -> Scene
     """The block as an object of a scene whose pile stands at (x, y, yaw) in the workspace frame."""
     about_z = (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
     middle, rotation = p.multiplyTransforms((x, y, 0.0), about_z, block.center, block.rotation)
-    backwards = (-block.kind.middle[0], -block.kind.middle[1], -block.kind.middle[2])
-    position, _ = p.multiplyTransforms(middle, rotation, backwards, UPRIGHT)
-    return as_scene_object(block.kind, color, position, rotation)
+    return as_scene_object(block.kind, color, middle, rotation)
 
 
-def as_scene_object(kind: Kind, color: str, position: Vector, rotation: Quaternion) -> SceneObject:
-    """An object of a scene, its own frame at a pose of the workspace frame."""
+def as_scene_object(kind: Kind, color: str, middle: Vector, rotation: Quaternion) -> SceneObject:
+    """An object of a scene, the middle of its bounding box at a pose of the workspace frame."""
+    position = frame_with(kind.middle, middle, rotation)
     return SceneObject(
         shape=kind.shape, mesh=kind.mesh, scale=kind.scale, color=color, position=position, quaternion_xyzw=rotation
     )

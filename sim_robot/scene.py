@@ -18,21 +18,27 @@ import numpy as np
 from grasping_invisible.data.classes import GREY, TARGET_COLORS
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.workspace import Workspace
-from grasping_invisible.sim_robot.blocks import BLOCKS
+from grasping_invisible.sim_robot.blocks import BLOCKS, Vector
 
 Task = Literal["exploration", "coordination", "invisible", "free"]
 COLORS: tuple[str, ...] = (GREY, *TARGET_COLORS)
 MAX_HEIGHT = 0.5  # metres above the table at which an object may start
+FRAME_REACH = 0.4  # metres from the middle of a mesh at which its own frame may be
 MAX_OBJECTS = 60
+MAX_MOTIONS = 1000
+SCALE_LIMITS = (1e-6, 1e3)
+MASS_LIMITS = (1e-3, 10.0)  # kg
+FRICTION_LIMITS = (0.01, 2.0)
 WHOLE_TASK_MOTIONS = 15  # to find a hidden target and to grasp it (paper, section VII-C)
 
 
 class SceneObject(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """One object: a built-in block or a mesh, its colour, and its pose in the workspace frame.
 
-    `position`: of the object's own origin, metres. The orientation is `quaternion_xyzw` (object to workspace)
-    or `yaw` (radians about z) or neither. `mass` (kg) and `friction` (coefficient against its own kind) are
-    the world's defaults where absent. `scale` multiplies a mesh's lengths into metres.
+    `position`: of the object's own origin, metres; that of a mesh may lie outside the workspace. The orientation
+    is `quaternion_xyzw` (object to workspace) or `yaw` (radians about z) or neither. `mass` (kg) and `friction`
+    (coefficient against its own kind) are the world's defaults where absent. `scale` multiplies a mesh's lengths into
+    metres.
     """
 
     shape: str | None = None
@@ -48,10 +54,10 @@ class SceneObject(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     def __post_init__(self) -> None:
         _check_what(self)
         _check_pose(self)
-        for field, value, low, high in (
-            ("scale", self.scale, 1e-6, 1e3),
-            ("mass", self.mass, 1e-3, 10.0),
-            ("friction", self.friction, 0.01, 2.0),
+        for field, value, (low, high) in (
+            ("scale", self.scale, SCALE_LIMITS),
+            ("mass", self.mass, MASS_LIMITS),
+            ("friction", self.friction, FRICTION_LIMITS),
         ):
             if value is not None and not low <= value <= high:
                 raise ValueError(f"{field} must lie within {low:g} and {high:g}, not {value}")
@@ -90,8 +96,10 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
             raise ValueError("name must not be empty")
         if self.target not in TARGET_COLORS:
             raise ValueError(f"unknown target {self.target!r}; known: {', '.join(TARGET_COLORS)}")
-        if self.max_motions < 1 or (self.clusters is not None and self.clusters < 1):
-            raise ValueError("max_motions and clusters must be at least 1")
+        if not 1 <= self.max_motions <= MAX_MOTIONS:
+            raise ValueError(f"max_motions must lie within 1 and {MAX_MOTIONS}, not {self.max_motions}")
+        if self.clusters is not None and self.clusters < 1:
+            raise ValueError(f"clusters must be at least 1, not {self.clusters}")
         if not 1 <= len(self.objects) <= MAX_OBJECTS:
             raise ValueError(f"objects must hold 1 to {MAX_OBJECTS} objects, not {len(self.objects)}")
         if all(item.color != self.target for item in self.objects):
@@ -105,6 +113,16 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
         An exploration's `max_motions` are for finding alone; finding and grasping get the paper's 15.
         """
         return WHOLE_TASK_MOTIONS if self.task == "exploration" else self.max_motions
+
+
+def position_limits(item: SceneObject) -> tuple[Vector, Vector]:
+    """The least and the most x, y and z of an object's position, metres.
+
+    A block lies where its origin is. A mesh may lie beside its own, and `spawn` sees whether it is over the workspace.
+    """
+    reach = 0.0 if item.mesh is None else FRAME_REACH
+    half = Workspace().size / 2 + reach
+    return (-half, -half, 0.0 - reach), (half, half, MAX_HEIGHT + reach)
 
 
 def scene_names() -> list[str]:
@@ -127,7 +145,7 @@ def load_scene(name_or_path: str | Path) -> Scene:
 
 
 def save_scene(scene: Scene, path: str | Path) -> None:
-    """Write a scene file; meshes are written relative to its folder."""
+    """Write a scene file; meshes are written relative to its folder. Raises `BadInput` where it cannot be written."""
     path = Path(path)
     lines = [
         f"name = {_toml(scene.name)}",
@@ -139,7 +157,10 @@ def save_scene(scene: Scene, path: str | Path) -> None:
         lines.append(f"clusters = {scene.clusters}")
     for item in scene.objects:
         lines += ["", "[[objects]]", *_object_lines(item, path.resolve().parent)]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    try:
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise BadInput(f"scene {path} cannot be written: {error.strerror}") from None
 
 
 def _shipped() -> Traversable:
@@ -199,12 +220,11 @@ def _check_what(item: SceneObject) -> None:
 
 def _check_pose(item: SceneObject) -> None:
     """Raises ValueError where a pose is not finite, not over the workspace, or given twice."""
-    half = Workspace().size / 2
-    x, y, z = item.position
-    if not (abs(x) <= half and abs(y) <= half and 0.0 <= z <= MAX_HEIGHT):
+    (_, _, low), (half, _, high) = limits = position_limits(item)
+    if not all(least <= value <= most for least, value, most in zip(limits[0], item.position, limits[1], strict=True)):
         raise ValueError(
             f"position {list(item.position)} lies outside the workspace: "
-            f"x and y within {half} m of its centre, z from 0 to {MAX_HEIGHT} m"
+            f"x and y within {half:g} m of its centre, z from {low:g} to {high:g} m"
         )
     if item.quaternion_xyzw is not None and item.yaw is not None:
         raise ValueError("an object has either quaternion_xyzw or yaw")

@@ -11,8 +11,8 @@ import numpy as np
 import pybullet as p
 
 from grasping_invisible.runtime.workspace import Workspace
-from grasping_invisible.sim_robot.bodies import FRICTION, Body, Position, Quaternion, spawn
-from grasping_invisible.sim_robot.scene import Scene, SceneObject
+from grasping_invisible.sim_robot.bodies import Body, Position, Quaternion, spawn
+from grasping_invisible.sim_robot.scene import FRICTION_LIMITS, MASS_LIMITS, Scene, SceneObject, position_limits
 
 SHIFT = 0.002  # metres along x and y
 TURN = math.radians(1.5)
@@ -26,7 +26,8 @@ TOLERANCE = 0.0001
 def vary(scene: Scene, seed: int) -> Scene:
     """The scene with poses jittered by up to 2 mm and 1.5 degrees, masses by 10 % and friction by 15 %.
 
-    The same scene and seed give the same result. Heights and tilts stay; only x, y and yaw change.
+    Heights and tilts stay; only x, y and yaw change. Mass and friction stay within what a scene file may say.
+    The same scene and seed give the same result.
     """
     rng = np.random.default_rng(seed)
     client = p.connect(p.DIRECT)
@@ -44,16 +45,22 @@ def vary(scene: Scene, seed: int) -> Scene:
 
 
 def _varied(body: Body, rng: np.random.Generator) -> SceneObject:
-    (x, y, z), quaternion = body.pose()
-    half = Workspace().size / 2
+    position, quaternion = body.pose()
+    x, y, z = (float(value) for value in np.clip(position, *position_limits(body.item)))
     return msgspec.structs.replace(
         body.item,
-        position=(min(max(x, -half), half), min(max(y, -half), half), max(z, 0.0)),
+        position=(x, y, z),
         quaternion_xyzw=quaternion,
         yaw=None,
-        mass=body.mass * rng.uniform(1 - MASS_RANGE, 1 + MASS_RANGE),
-        friction=(body.item.friction or FRICTION) * rng.uniform(1 - FRICTION_RANGE, 1 + FRICTION_RANGE),
+        mass=_varied_within(MASS_LIMITS, body.mass, MASS_RANGE, rng),
+        friction=_varied_within(FRICTION_LIMITS, body.friction, FRICTION_RANGE, rng),
     )
+
+
+def _varied_within(limits: tuple[float, float], value: float, share: float, rng: np.random.Generator) -> float:
+    """The value, more or less by up to its `share`, and never beyond the limits."""
+    low, high = limits
+    return min(max(value * rng.uniform(1 - share, 1 + share), low), high)
 
 
 def _move_if_free(moved: list[Body], bodies: list[Body], rng: np.random.Generator, share: float) -> None:
@@ -63,7 +70,7 @@ def _move_if_free(moved: list[Body], bodies: list[Body], rng: np.random.Generato
     others = [body for body in bodies if body not in moved]
     before = [body.pose() for body in moved]
     gaps = _gaps(moved, others)
-    middle = np.mean([position[:2] for position, _ in before], axis=0)
+    middle = np.mean([body.middle()[:2] for body in moved], axis=0)
     for body, pose in zip(moved, before, strict=True):
         body.place(*_moved(pose, middle, dx, dy, turn))
     after = _gaps(moved, others)

@@ -14,6 +14,7 @@ from grasping_invisible.sim_robot.bodies import (
     FRICTION,
     Position,
     Quaternion,
+    frame_with,
     spawn,
     surface_friction,
 )
@@ -34,6 +35,10 @@ STILL_TIME = 0.1  # seconds without faster motion
 MAX_SPEED, MAX_DISTANCE = 20.0, 5.0  # metres a second and metres: beyond, the physics is broken
 
 
+class ObjectsOverlap(BadInput):
+    """A scene whose objects start inside each other, or inside the table."""
+
+
 @dataclass(frozen=True)
 class ObjectState:
     """Where an object is: its own frame in the base frame, metres and quaternion (x, y, z, w)."""
@@ -51,7 +56,8 @@ class World:
     """A scene under physics.
 
     `seed` chooses a variation of the scene (poses, masses, friction, see `vary`); None takes it as written.
-    Raises `BadInput` for a mesh that cannot be used or objects that overlap. Not for several threads.
+    Raises `BadInput` for a mesh that cannot be used, `ObjectsOverlap` for objects in each other. Not for several
+    threads.
     """
 
     def __init__(self, scene: Scene, seed: int | None, workspace: Workspace | None = None, gui: bool = False) -> None:
@@ -109,10 +115,18 @@ class World:
         """The deepest overlap of two objects, or one and the table, metres; 0 where none touch."""
         return max((depth for _, _, depth in self._overlaps()), default=0.0)
 
+    def middles(self) -> dict[str, Position]:
+        """Where the middle of every object's bounding box is, metres, base frame, by name."""
+        return {name: body.middle() for name, body in self._objects.items()}
+
     def place(self, name: str, position: Position, quaternion: Quaternion) -> None:
         """Put an object's own frame at a pose of the base frame, at rest: to set scenes up."""
         self._objects[name].place(position, quaternion)
         self.wake()
+
+    def place_middle(self, name: str, middle: Position, quaternion: Quaternion) -> None:
+        """Put the middle of an object's bounding box at a pose of the base frame, at rest."""
+        self.place(name, frame_with(self._objects[name].solid.middle, middle, quaternion), quaternion)
 
     def remove(self, name: str) -> None:
         """Take an object out of the world."""
@@ -231,4 +245,4 @@ class World:
     def _refuse_overlaps(self) -> None:
         for first, second, depth in self._overlaps():
             if depth > MAX_START_OVERLAP:
-                raise BadInput(f"scene {self.scene.name}: {first} and {second} overlap by {1000 * depth:.0f} mm")
+                raise ObjectsOverlap(f"scene {self.scene.name}: {first} and {second} overlap by {1000 * depth:.0f} mm")

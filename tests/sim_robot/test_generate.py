@@ -1,11 +1,13 @@
 import math
 
 import pytest
+import trimesh
 
 from grasping_invisible.data.classes import GREY
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.sim_robot.camera import default_camera, render
 from grasping_invisible.sim_robot.generate import REACH, STYLES, generate_scene
+from grasping_invisible.sim_robot.piles import mesh_kind
 from grasping_invisible.sim_robot.scene import load_scene, save_scene
 from grasping_invisible.sim_robot.world import World
 
@@ -33,6 +35,21 @@ def test_generated_scenes_are_whole_settled_and_inside(style, tmp_path):
 def test_a_seed_says_all(style):
     assert generate_scene(3, style, basics=6) == generate_scene(3, style, basics=6)
     assert generate_scene(3, style, basics=6).objects != generate_scene(4, style, basics=6).objects
+
+
+@pytest.mark.parametrize("seed", [1, 4])
+def test_as_many_as_are_allowed_can_be_scattered(seed):
+    scene = generate_scene(seed, "scattered", targets=7, basics=30)
+    assert len(scene.objects) == 37
+    assert all(max(abs(item.position[0]), abs(item.position[1])) <= REACH for item in scene.objects)
+
+
+@pytest.mark.parametrize("basics", [0, 8, 30])
+def test_a_mesh_too_wide_for_a_column_is_scattered_too(basics, tmp_path):
+    path = tmp_path / "tray.stl"
+    trimesh.creation.box((0.2, 0.15, 0.02)).export(path)
+    scene = generate_scene(0, "scattered", basics=basics, target_kind=mesh_kind(str(path), 1.0))
+    assert [item.kind for item in scene.objects].count("tray") == 1
 
 
 def test_covered_targets_cannot_be_seen():

@@ -107,7 +107,9 @@ def test_unknown_scene_lists_the_known_ones():
         ('target = "red"', 'target = "blue"', "no object has the target colour blue"),
         ('target = "red"', "", "target"),
         ('target = "red"', 'target = "red"\ntask = "chess"', "task"),
-        ('target = "red"', 'target = "red"\nmax_motions = 0', "max_motions"),
+        ('target = "red"', 'target = "red"\nmax_motions = 0', "max_motions must lie within 1 and 1000, not 0"),
+        ('target = "red"', f'target = "red"\nmax_motions = {9 * 10**18}', "max_motions must lie within 1 and 1000"),
+        ('target = "red"', 'target = "red"\nclusters = 0', "clusters must be at least 1"),
         ('target = "red"', 'target = "red"\nwrong = 1', "wrong"),
         ('name = "two blocks"', 'name = ""', "name must not be empty"),
         ("[[objects]]", "[[things]]", "unknown field `things`"),
@@ -118,7 +120,11 @@ def test_unknown_scene_lists_the_known_ones():
         ('color = "red"', 'color = "pink"', "unknown color 'pink'; known: grey, red"),
         ("[0.0, 0.1, 0.025]", "[0.0, nan, 0.025]", "outside the workspace"),
         ("[0.0, 0.1, 0.025]", "[0.0, 0.1, inf]", "outside the workspace"),
-        ("[0.0, 0.1, 0.025]", "[0.3, 0.1, 0.025]", "outside the workspace"),
+        (
+            "[0.0, 0.1, 0.025]",
+            "[0.3, 0.1, 0.025]",
+            "outside the workspace: x and y within 0.224 m of its centre, z from 0 to 0.5 m",
+        ),
         ("[0.0, 0.1, 0.025]", "[0.0, 0.1, -0.01]", "outside the workspace"),
         ("[0.0, 0.1, 0.025]", "[0.0, 0.1]", "position"),
         ("[0.0, 0.1, 0.025]", "[0.0, 0.1, 0.025]\nyaw = nan", "yaw must be finite"),
@@ -142,6 +148,11 @@ def test_bad_scenes_name_file_and_field(tmp_path, old, new, says):
 def test_paths_that_are_no_scene(path):
     with pytest.raises(BadInput, match="scene"):
         load_scene(path)
+
+
+def test_a_scene_that_cannot_be_written_is_one_line(tmp_path):
+    with pytest.raises(BadInput, match=r"scene .* cannot be written: Is a directory"):
+        save_scene(load_scene("coordination-00"), tmp_path)
 
 
 def test_a_scene_without_objects_is_none(tmp_path):

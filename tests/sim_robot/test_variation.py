@@ -1,10 +1,11 @@
 import math
 
 import pytest
+import trimesh
 
 from grasping_invisible.sim_robot.blocks import BLOCKS
 from grasping_invisible.sim_robot.bodies import DENSITY, FRICTION
-from grasping_invisible.sim_robot.scene import load_scene
+from grasping_invisible.sim_robot.scene import FRICTION_LIMITS, MASS_LIMITS, Scene, SceneObject, load_scene
 from grasping_invisible.sim_robot.variation import FRICTION_RANGE, MASS_RANGE, SHIFT, TURN, vary
 from grasping_invisible.sim_robot.world import World
 
@@ -47,4 +48,36 @@ def test_variation_does_not_push_objects_into_each_other(name):
     for seed in range(4):
         world = World(scene, seed)
         assert world.deepest_overlap() < overlap + 0.0005
+        world.close()
+
+
+@pytest.mark.parametrize("end", [0, 1])
+def test_mass_and_friction_at_their_limits_stay_within_them(end):
+    item = SceneObject(
+        shape="cube", color="red", position=(0.0, 0.0, 0.025), mass=MASS_LIMITS[end], friction=FRICTION_LIMITS[end]
+    )
+    scene = Scene(name="limits", target="red", objects=(item,))
+    for seed in range(8):
+        (varied,) = vary(scene, seed).objects
+        assert varied.mass == pytest.approx(MASS_LIMITS[end], rel=MASS_RANGE)
+        assert varied.friction == pytest.approx(FRICTION_LIMITS[end], rel=FRICTION_RANGE)
+
+
+def test_a_large_mesh_of_no_given_mass_can_be_varied(tmp_path):
+    path = tmp_path / "crate.stl"
+    trimesh.creation.box((0.3, 0.3, 0.3)).export(path)  # 16 kg by its volume
+    item = SceneObject(mesh=str(path), color="red", position=(0.0, 0.0, 0.15))
+    (varied,) = vary(Scene(name="crate", target="red", objects=(item,)), 0).objects
+    assert varied.mass == pytest.approx(MASS_LIMITS[1], rel=MASS_RANGE)
+
+
+def test_a_mesh_turns_about_itself_and_not_about_its_frame(tmp_path):
+    path = tmp_path / "far.stl"
+    trimesh.creation.box((0.05, 0.05, 0.05)).apply_translation((0.4, 0.0, 0.0)).export(path)
+    item = SceneObject(mesh=str(path), color="red", position=(-0.4, 0.0, 0.025))
+    scene = Scene(name="far", target="red", objects=(item,))
+    for seed in range(8):
+        world = World(scene, seed)
+        x, y, z = world.middles()["00_red_far"]
+        assert math.dist((x, y, z), (world.workspace.center[0], 0.0, 0.025)) < SHIFT * math.sqrt(2) + 1e-6
         world.close()

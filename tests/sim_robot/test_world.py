@@ -2,6 +2,7 @@ import math
 
 import pybullet as p
 import pytest
+import trimesh
 
 from grasping_invisible.runtime.errors import BadInput, RobotError
 from grasping_invisible.runtime.workspace import Workspace
@@ -100,6 +101,17 @@ def test_objects_inside_each_other_are_refused():
         World(cubes((0, 0, 0.010)), None)
     with pytest.raises(BadInput, match="01_red_cube and 00_red_cube overlap"):
         World(cubes((0, 0, 0.0251), (0.03, 0, 0.0251)), None)
+
+
+@pytest.mark.parametrize("position", [(0.0, 0.0, 0.025), (-0.6, 0.0, 0.025), (-0.3, 0.0, -0.1)])
+def test_a_mesh_outside_the_workspace_is_refused_wherever_its_frame_is(tmp_path, position):
+    path = tmp_path / "far.stl"
+    trimesh.creation.box((0.05, 0.05, 0.05)).apply_translation((0.3, 0.0, 0.0)).export(path)
+    item = SceneObject(mesh=str(path), color="red", position=position)
+    with pytest.raises(
+        BadInput, match=r"00_red_far lies outside the workspace: the middle of mesh .*far\.stl is at \["
+    ):
+        World(Scene(name="far", target="red", objects=(item,)), 0)
 
 
 def test_closing_twice_is_fine():
