@@ -5,6 +5,7 @@ from collections import defaultdict
 from dataclasses import dataclass, field
 
 import numpy as np
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from google.protobuf.message import DecodeError
 
 from grasping_invisible.data.action_grid import PUSH_LENGTH
@@ -113,7 +114,7 @@ def _stamps(hearing: Hearing) -> Check:
     """Frames of a camera that stands still are new ones all the same."""
     try:
         first, last = (
-            to_ns(COLOR_IMAGE.message.FromString(heard.get(COLOR_IMAGE.key, b"")).timestamp)
+            to_ns(CompressedImage.FromString(heard.get(COLOR_IMAGE.key, b"")).timestamp)
             for heard in (hearing.earliest, hearing.latest)
         )
     except DecodeError as error:
