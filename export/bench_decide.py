@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from grasping_invisible.data.progress import Advance, bar
+from grasping_invisible.export.bench_arguments import count, seed_number
 from grasping_invisible.export.bench_output import say
 from grasping_invisible.export.machine import machine
 from grasping_invisible.runtime.bundle import ModelBundle, load_bundle
@@ -50,8 +51,8 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     """Add the parser of `decide`."""
     parser = commands.add_parser("decide", help="time of each stage of a decision, on 1 and 2 threads")
     parser.add_argument("--models", type=Path, metavar="DIR", help="a model bundle (default: the shipped one)")
-    parser.add_argument("--decisions", type=_count, default=60, metavar="N", help="that are timed (default: 60)")
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of scenes and decisions (default: 0)")
+    parser.add_argument("--decisions", type=count, default=60, metavar="N", help="that are timed (default: 60)")
+    parser.add_argument("--seed", type=seed_number, default=0, metavar="N", help="of scenes and decisions (default: 0)")
     parser.set_defaults(run=run)
     return parser
 
@@ -139,10 +140,3 @@ def _table(figures: DecideFigures) -> Table:
             *(f"{times.stages[stage]:.1f}" if stage in times.stages else "" for stage in stages),
         )
     return table
-
-
-def _count(text: str) -> int:
-    count = int(text)
-    if count < 1:
-        raise argparse.ArgumentTypeError(f"{text} is not a count from 1 on")
-    return count

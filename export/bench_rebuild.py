@@ -13,6 +13,7 @@ from rich.table import Table
 from grasping_invisible.data.dataset.rebuild import Rebuild, rebuild
 from grasping_invisible.data.log_commands import wording
 from grasping_invisible.data.progress import bar
+from grasping_invisible.export.bench_arguments import seed_number
 from grasping_invisible.export.bench_logs import LogMaker
 from grasping_invisible.export.bench_output import say
 from grasping_invisible.export.machine import machine
@@ -59,7 +60,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     parser.add_argument(
         "--sizes", type=int, nargs="*", default=SIZES, metavar="N", help="of the second (default: 10 100 1000)"
     )
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of generated logs (default: 0)")
+    parser.add_argument("--seed", type=seed_number, default=0, metavar="N", help="of generated logs (default: 0)")
     parser.set_defaults(run=run)
     return parser
 

@@ -25,11 +25,13 @@ Command = Callable[[argparse.Namespace, Console], Checkpoint]
 def main(arguments: list[str] | None = None) -> int:
     """Run `gi-train`; returns its exit code: 0, 2 bad input, 130 interrupted (the same command goes on)."""
     options = _parser().parse_args(arguments)
-    torch.set_num_threads(options.threads)
     return run_command("gi-train", lambda: _run(options), "interrupted; the same command goes on from here")
 
 
 def _run(options: argparse.Namespace) -> None:
+    if options.seed < 0:
+        raise BadInput(f"--seed must be at least 0, not {options.seed}")
+    torch.set_num_threads(_positive(options, "threads"))
     console = Console()
     console.print(_table(options.command(options, console)))
 

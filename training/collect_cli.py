@@ -42,6 +42,8 @@ def _collect(collection: Collection, workers: int, console: Console) -> list[Sce
 def _collection(options: argparse.Namespace) -> Collection:
     if options.scenes < 1 or options.motions < 1 or options.workers < 1:
         raise BadInput("--scenes, --motions and --workers must be at least 1")
+    if options.seed < 0:
+        raise BadInput(f"--seed must be at least 0, not {options.seed}")
     if not 0.0 <= options.epsilon <= 1.0:
         raise BadInput(f"--epsilon must lie within 0 and 1, not {options.epsilon}")
     if options.branch and (options.epsilon < 1.0 or options.on_policy):

@@ -43,7 +43,7 @@ class Protocol:
         return Evaluation(
             suite=table.suite,
             method=method,
-            runs=self.runs or table.runs,
+            runs=table.runs if self.runs is None else self.runs,
             seed=self.seed,
             models=models,
             name=name,

@@ -86,7 +86,15 @@ def test_generated_logs_are_whole_and_teach(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "arguments",
-    [[], ["nothing"], ["recorder", "--hz", "0"], ["recorder", "--seconds", "-1"], ["decide", "--decisions", "0"]],
+    [
+        [],
+        ["nothing"],
+        ["recorder", "--hz", "0"],
+        ["recorder", "--seconds", "-1"],
+        ["decide", "--decisions", "0"],
+        ["decide", "--seed", "-1"],
+        ["rebuild", "--seed", "-1"],
+    ],
 )
 def test_bad_usage_is_code_2(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:

@@ -31,3 +31,4 @@ def test_acting_greedily_needs_models(tmp_path: Path, capsys):
     assert main(["--out", str(tmp_path), "--epsilon", "0.5"]) == 2
     assert "--models" in capsys.readouterr().err
     assert main(["--out", str(tmp_path), "--scenes", "0"]) == 2
+    assert main(["--out", str(tmp_path), "--seed", "-1"]) == 2

@@ -1,6 +1,9 @@
 from collections import Counter
 from pathlib import Path
 
+import pytest
+
+from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.training.protocol import Protocol
 
 
@@ -17,6 +20,11 @@ def test_the_full_protocol_is_the_papers(tmp_path: Path):
     assert {item.method for item in planned if item.models == tmp_path / "v"} == {"vpg", "mask-vpg"}
     assert {(item.method, item.name) for item in planned if item.models == tmp_path / "d"} == {("ours", "depth+mask")}
     assert len({item.results for item in planned}) == len(planned)
+
+
+def test_no_runs_at_all_are_not_all_of_them(tmp_path: Path):
+    with pytest.raises(BadInput, match="--runs must be at least 1"):
+        list(Protocol(out=tmp_path, runs=0).evaluations())
 
 
 def test_without_more_bundles_all_is_measured_with_one(tmp_path: Path):
