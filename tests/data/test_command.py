@@ -30,7 +30,8 @@ from grasping_invisible.data.command import run_command
 
 def body():
     print("ready", flush=True)
-    time.sleep(60)
+    for _ in range(600):  # a signal just ahead of one long sleep would be seen at its end
+        time.sleep(0.1)
 
 sys.exit(run_command("gi-test", body, "what was done is kept"))
 """
