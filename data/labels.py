@@ -22,6 +22,7 @@ from grasping_invisible.data.action_grid import (
 )
 from grasping_invisible.data.classes import CLASSES, TARGET_COLORS
 from grasping_invisible.data.corrections import NOTHING, StepCorrection
+from grasping_invisible.data.enum_value import value_name
 from grasping_invisible.data.grasp_result import grasped_class, mostly_gone
 from grasping_invisible.data.heightmap_message import HeightmapArrays
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
@@ -150,8 +151,7 @@ def _why_not(step: LoggedStep, before: HeightmapArrays | None, after: HeightmapA
     if outcome is None:
         return "its outcome is not in the log"
     if outcome.status not in _MADE:
-        known = outcome.status in gi.MotionStatus.values()
-        return f"it ended {gi.MotionStatus.Name(outcome.status).lower() if known else outcome.status}"
+        return f"it ended {value_name(gi.MotionStatus, outcome.status).lower()}"
     if after is None and (decision.kind == gi.PUSH or step.result is None):
         return "what followed it is not in the log"
     return ""

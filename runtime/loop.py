@@ -19,7 +19,7 @@ from grasping_invisible.runtime.frame import RgbdFrame
 from grasping_invisible.runtime.judge import Judgement, judge, remember
 from grasping_invisible.runtime.memory import Memory
 from grasping_invisible.runtime.perception import Perception, perceive
-from grasping_invisible.runtime.robot import Robot
+from grasping_invisible.runtime.robot import Robot, motion_name
 from grasping_invisible.runtime.safety import SafetyLimits, check_command
 from grasping_invisible.runtime.situation import Models
 from grasping_invisible.runtime.view import check_view
@@ -156,7 +156,7 @@ class _Actor:
         command = gi.MotionCommand(id=next(self._numbers), stamp=to_timestamp(time.time_ns()), kind=kind)
         outcome = self._carry_out(command)
         if outcome.status != gi.COMPLETED:
-            raise RobotError(f"{_name(command)} ended {gi.MotionStatus.Name(outcome.status)}: {outcome.detail}")
+            raise RobotError(f"{motion_name(command)} ended {gi.MotionStatus.Name(outcome.status)}: {outcome.detail}")
         return outcome
 
     def _carry_out(self, command: gi.MotionCommand) -> gi.MotionOutcome:
@@ -164,9 +164,5 @@ class _Actor:
         outcome = self._robot.execute(command)
         if outcome.status in (gi.STOPPED, gi.FAULT):
             how = "was stopped" if outcome.status == gi.STOPPED else "ended in a fault"
-            raise RobotError(f"{_name(command)} {how}: {outcome.detail}")
+            raise RobotError(f"{motion_name(command)} {how}: {outcome.detail}")
         return outcome
-
-
-def _name(command: gi.MotionCommand) -> str:
-    return f"{gi.MotionKind.Name(command.kind)} {command.id}"

@@ -7,11 +7,11 @@ from pathlib import Path
 from grasping_invisible.data.classes import TARGET_COLORS
 from grasping_invisible.runtime.config import Config, load_config
 from grasping_invisible.runtime.errors import BadInput
+from grasping_invisible.runtime.safety import MAX_MOTIONS
 from grasping_invisible.runtime.sim_process import DEFAULT_SCENE
 from grasping_invisible.runtime.zenoh_session import LOCATOR_FORM, check_locator
 
 SIM = "sim"
-MOST_MOTIONS = 1000  # of a run: its log stays of a size that can be looked through
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,8 @@ def request_of(options: argparse.Namespace) -> RunRequest:
             raise BadInput(f"--scene chooses what is simulated; it goes with --robot {SIM} only")
         if options.target is None:
             raise BadInput(f"--target is needed with a robot on the link; known: {colors}")
-    if options.max_motions is not None and not 1 <= options.max_motions <= MOST_MOTIONS:
-        raise BadInput(f"--max-motions must be 1 to {MOST_MOTIONS}, not {options.max_motions}")
+    if options.max_motions is not None and not 1 <= options.max_motions <= MAX_MOTIONS:
+        raise BadInput(f"--max-motions must be 1 to {MAX_MOTIONS}, not {options.max_motions}")
     if not 0 <= options.seed < 2**32:
         raise BadInput(f"--seed must be 0 to {2**32 - 1}, not {options.seed}")
     return RunRequest(

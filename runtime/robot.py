@@ -2,8 +2,13 @@
 
 from typing import Protocol
 
-from grasping_invisible.data.proto.grasping_invisible_pb2 import MotionCommand, MotionOutcome
+from grasping_invisible.data.proto.grasping_invisible_pb2 import MotionCommand, MotionKind, MotionOutcome
 from grasping_invisible.runtime.frame import RgbdFrame
+
+
+def motion_name(command: MotionCommand) -> str:
+    """A command as messages call it: `PUSH 3`."""
+    return f"{MotionKind.Name(command.kind)} {command.id}"
 
 
 class Robot(Protocol):

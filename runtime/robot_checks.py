@@ -10,6 +10,7 @@ from google.protobuf.message import DecodeError
 
 from grasping_invisible.data.action_grid import PUSH_LENGTH
 from grasping_invisible.data.clock import to_ns, to_timestamp
+from grasping_invisible.data.enum_value import value_name
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.topics import (
     CAMERA_INFO,
@@ -169,7 +170,7 @@ def _refusal(name: str, what: str, robot: ZenohRobot, command: gi.MotionCommand)
     except CommandRefused as error:
         if robot.health.state in (gi.IDLE, gi.MOVING):
             return Check(name, True, str(error))
-        return Check(name, None, f"{error}; but it would be in {gi.RobotState.Name(robot.health.state)}, too")
+        return Check(name, None, f"{error}; but it would be in {value_name(gi.RobotState, robot.health.state)}, too")
     except RobotError as error:
         return Check(name, False, f"accepted {what}: {error}")
     return Check(name, False, f"accepted {what}: {gi.MotionStatus.Name(outcome.status)}")

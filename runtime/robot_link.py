@@ -6,10 +6,10 @@ from collections.abc import Callable
 from typing import TypeVar
 
 import zenoh
-from google.protobuf.internal.enum_type_wrapper import EnumTypeWrapper
 from google.protobuf.message import DecodeError
 
 from grasping_invisible.data.clock import to_ns, to_timestamp
+from grasping_invisible.data.enum_value import value_name
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.topics import (
     BY_KEY,
@@ -30,6 +30,7 @@ from grasping_invisible.runtime.frame import RgbdFrame
 from grasping_invisible.runtime.frame_sets import FrameSets
 from grasping_invisible.runtime.heartbeat import Heartbeat
 from grasping_invisible.runtime.link_settings import LinkSettings
+from grasping_invisible.runtime.robot import motion_name
 
 _TICK = 0.05  # seconds between two looks at the deadlines while waiting
 _LAST_NEWS = 0.3  # seconds to wait for the news that a robot which does not answer is gone
@@ -110,13 +111,13 @@ class ZenohRobot:
             self.stop("the runtime gave up waiting for an answer; the motion may have begun")
             raise
         if not reply.accepted:
-            raise CommandRefused(f"the robot refused {gi.MotionKind.Name(command.kind)} {command.id}: {reply.reason}")
+            raise CommandRefused(f"the robot refused {motion_name(command)}: {reply.reason}")
         self._active_command_id = command.id
         try:
             outcome = self._wait_for(
                 self._outcome_finder(command.id, asked_ns),
                 self._settings.motion_seconds,
-                lambda: f"{gi.MotionKind.Name(command.kind)} {command.id} has not ended",
+                lambda: f"{motion_name(command)} has not ended",
             )
         except BaseException:
             self.stop("the runtime gave up waiting for the motion's end")
@@ -257,7 +258,7 @@ class ZenohRobot:
             elif idle_since is None:
                 idle_since = time.monotonic()
             elif time.monotonic() - idle_since > _LOST_OUTCOME:
-                stands = _name_of(gi.RobotState, self.health.state)
+                stands = value_name(gi.RobotState, self.health.state)
                 why = f" ({self.health.detail})" if self.health.detail else ""
                 raise LinkError(
                     f"the robot no longer moves, it is in {stands}{why}, but the outcome of command {command_id} never "
@@ -315,22 +316,15 @@ class ZenohRobot:
 def _check_status(command: gi.MotionCommand, outcome: gi.MotionOutcome) -> None:
     """Raises `RobotError` where an outcome does not say how the motion ended."""
     if outcome.status == gi.MOTION_STATUS_UNSPECIFIED or outcome.status not in gi.MotionStatus.values():
-        said = _name_of(gi.MotionStatus, outcome.status)
-        raise RobotError(
-            f"the robot's outcome of {gi.MotionKind.Name(command.kind)} {command.id} has the status {said}"
-        )
-
-
-def _name_of(kinds: EnumTypeWrapper, number: int) -> str:
-    """The name of an enum's value, or its number where a robot says one that there is not."""
-    return kinds.Name(number) if number in kinds.values() else str(number)
+        said = value_name(gi.MotionStatus, outcome.status)
+        raise RobotError(f"the robot's outcome of {motion_name(command)} has the status {said}")
 
 
 def _end_of(command: gi.MotionCommand, outcome: gi.MotionOutcome) -> int:
     """When a motion ended, on the robot's clock. Raises `RobotError` where that cannot be: frames are chosen by it."""
     started, ended = to_ns(outcome.started), to_ns(outcome.ended)
     if ended <= 0 or ended < started:
-        motion = f"{gi.MotionKind.Name(command.kind)} {command.id}"
+        motion = motion_name(command)
         raise RobotError(
             f"the robot's outcome of {motion} is out of time: started at {started} ns, ended at {ended} ns"
         )

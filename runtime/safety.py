@@ -11,6 +11,8 @@ from grasping_invisible.runtime.errors import RobotError
 from grasping_invisible.runtime.preshape import MAX_OPENING
 from grasping_invisible.runtime.workspace import Workspace
 
+MAX_MOTIONS = 1000  # of a run: its log stays of a size that can be looked through
+
 Metres = Annotated[float, msgspec.Meta(ge=0, le=1)]
 
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from grasping_invisible.data.classes import GREY, TARGET_COLORS
 from grasping_invisible.runtime.errors import BadInput
+from grasping_invisible.runtime.safety import MAX_MOTIONS
 from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.sim_robot.blocks import BLOCKS, Vector
 
@@ -25,7 +26,6 @@ COLORS: tuple[str, ...] = (GREY, *TARGET_COLORS)
 MAX_HEIGHT = 0.5  # metres above the table at which an object may start
 FRAME_REACH = 0.4  # metres from the middle of a mesh at which its own frame may be
 MAX_OBJECTS = 60
-MAX_MOTIONS = 1000
 SCALE_LIMITS = (1e-6, 1e3)
 MASS_LIMITS = (1e-3, 10.0)  # kg
 FRICTION_LIMITS = (0.01, 2.0)

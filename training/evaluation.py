@@ -9,6 +9,7 @@ from pathlib import Path
 
 import msgspec
 
+from grasping_invisible.data.file_hash import file_sha256
 from grasping_invisible.data.worker import prepare_worker
 from grasping_invisible.runtime.decision import DecisionSettings
 from grasping_invisible.runtime.errors import BadInput, RobotError
@@ -83,15 +84,13 @@ def task_sha256_of(scene: Scene, goal: Goal, max_motions: int) -> str:
 
     Raises `BadInput` for a mesh that cannot be read.
     """
-    objects = [
-        msgspec.structs.replace(item, mesh=None if item.mesh is None else _sha256(item.mesh)) for item in scene.objects
-    ]
+    objects = [msgspec.structs.replace(item, mesh=item.mesh and _mesh_sha256(item.mesh)) for item in scene.objects]
     return hashlib.sha256(msgspec.json.encode((scene.target, objects, goal.name, max_motions))).hexdigest()
 
 
-def _sha256(mesh: str) -> str:
+def _mesh_sha256(mesh: str) -> str:
     try:
-        return hashlib.sha256(Path(mesh).read_bytes()).hexdigest()
+        return file_sha256(Path(mesh))
     except (OSError, ValueError) as error:
         raise BadInput(f"mesh {mesh} cannot be read: {error}") from None
 
