@@ -36,9 +36,13 @@ class Round(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
 
 
 class Recipe(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """All numbers of one scale. `seed`: of everything random; collections take `seed` x 100 plus their round."""
+    """All numbers of one scale. `seed`: of everything random; collections take `seed` x 100 plus their round.
+
+    `inputs`: what every critic sees, see `gi-train critic`.
+    """
 
     seed: int
+    inputs: str
     segmenter: SegmenterNumbers
     rounds: tuple[Round, ...]
 
@@ -75,48 +79,39 @@ def load_recipe(scale: str, file: Path | None = None) -> Recipe:
 
 def stages_of(recipe: Recipe) -> list[Stage]:
     """Everything there is to do, in order."""
-    seed = ("--seed", str(recipe.seed))
     numbers = recipe.segmenter
-    segmenter = ("segmenter", "--renders", Path("renders"), "--out", Path("segmenter"), *seed)
+    segmenter = ("segmenter", "--renders", Path("renders"), "--out", Path("segmenter"), "--seed", str(recipe.seed))
     sizes = ("--piles", str(numbers.piles), "--held-out", str(numbers.held_out), "--steps", str(numbers.steps))
     stages = [Stage("segmenter", "gi-train", (*segmenter, *sizes), Path("segmenter/segmenter.pt"))]
-    logs: list[Path] = []
-    before: Path | None = None
-    for index, round_ in enumerate(recipe.rounds, 1):
-        folder = Path(f"round-{index}")
-        logs.append(folder / "logs")
-        bundle = FINAL if index == len(recipe.rounds) else folder / "bundle"
-        stages += _round_stages(round_, f"round {index}", folder, logs, before, bundle, recipe.seed * 100 + index, seed)
-        before = folder
+    for index in range(len(recipe.rounds)):
+        stages += _round_stages(recipe, index)
     return stages
 
 
-def _round_stages(
-    numbers: Round,
-    name: str,
-    folder: Path,
-    logs: list[Path],
-    before: Path | None,
-    bundle: Path,
-    scenes_seed: int,
-    seed: tuple[str, str],
-) -> list[Stage]:
-    collect = ["--out", logs[-1], "--scenes", str(numbers.scenes), "--seed", str(scenes_seed)]
+def _round_stages(recipe: Recipe, index: int) -> list[Stage]:
+    numbers, name, folder = recipe.rounds[index], f"round {index + 1}", _folder(index)
+    collect = ["--out", folder / "logs", "--scenes", str(numbers.scenes), "--seed", str(recipe.seed * 100 + index + 1)]
     collect += ["--branch"] if numbers.branch else ["--stage", str(numbers.stage)]
-    if before is not None:
-        collect += ["--models", before / "bundle"]
+    if index > 0:
+        collect += ["--models", _folder(index - 1) / "bundle"]
         if not numbers.branch:
             collect += ["--epsilon", str(numbers.epsilon), *(["--on-policy"] if numbers.on_policy else [])]
+    logs = [_folder(earlier) / "logs" for earlier in range(index + 1)]
     dataset, checkpoints = folder / "dataset", folder / "checkpoints"
-    data = ("--dataset", dataset, "--out", checkpoints, *seed)
-    begin = ("--begin", before / "checkpoints") if before is not None and numbers.begin else ()
-    critic = ("critic", *data, *begin, "--steps", str(numbers.critic_steps))
+    data = ("--dataset", dataset, "--out", checkpoints, "--seed", str(recipe.seed))
+    begin = ("--begin", _folder(index - 1) / "checkpoints") if numbers.begin else ()
+    critic = ("critic", *data, *begin, "--inputs", recipe.inputs, "--steps", str(numbers.critic_steps))
     classifier = ("classifier", *data, "--steps", str(numbers.classifier_steps))
+    bundle = FINAL if index == len(recipe.rounds) - 1 else folder / "bundle"
     export = ("--checkpoints", Path("segmenter"), checkpoints, "--out", bundle)
     return [
-        Stage(f"{name}: collection", "gi-collect", tuple(collect), logs[-1], parallel=True),
+        Stage(f"{name}: collection", "gi-collect", tuple(collect), folder / "logs", parallel=True),
         Stage(f"{name}: dataset", "gi-dataset", ("rebuild", *logs, "--out", dataset), dataset, parallel=True),
         Stage(f"{name}: critic", "gi-train", critic, checkpoints / "critic.pt"),
         Stage(f"{name}: classifier", "gi-train", classifier, checkpoints / "classifier.pt"),
         Stage(f"{name}: export", "gi-export", export, bundle),
     ]
+
+
+def _folder(index: int) -> Path:
+    return Path(f"round-{index + 1}")

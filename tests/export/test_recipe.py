@@ -5,6 +5,9 @@ import pytest
 from grasping_invisible.export.recipe import FINAL, Stage, load_recipe, stages_of
 from grasping_invisible.runtime.errors import BadInput
 
+# All numbers of a scale but its rounds
+HEAD = "seed = 4\ninputs = 'depth+mask'\nsegmenter = { piles = 2, held_out = 1, steps = 3 }\n"
+
 
 def after(stage: Stage, option: str) -> str | Path:
     """The value that a stage gives an option."""
@@ -42,6 +45,12 @@ def test_a_critic_begins_with_that_of_the_round_before_where_it_is_told_to() -> 
             assert after(stage, "--begin") == after(critics[number - 2], "--out")
 
 
+def test_all_critics_see_the_same() -> None:
+    recipe = load_recipe("full")
+    critics = [stage for stage in stages_of(recipe) if stage.name.endswith("critic")]
+    assert {after(stage, "--inputs") for stage in critics} == {recipe.inputs}
+
+
 def test_nothing_is_left_where_another_stage_leaves_its_own() -> None:
     outputs = [stage.output for stage in stages_of(load_recipe("full"))]
     assert len(set(outputs)) == len(outputs)
@@ -49,10 +58,7 @@ def test_nothing_is_left_where_another_stage_leaves_its_own() -> None:
 
 def test_numbers_of_one_s_own(tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
-    file.write_text(
-        "[mine]\nseed = 4\nsegmenter = { piles = 2, held_out = 1, steps = 3 }\n"
-        "[[mine.rounds]]\nscenes = 5\nbranch = true\ncritic_steps = 6\n"
-    )
+    file.write_text(f"[mine]\n{HEAD}[[mine.rounds]]\nscenes = 5\nbranch = true\ncritic_steps = 6\n")
     segmenter, collection, *_ = stages_of(load_recipe("mine", file))
     assert after(segmenter, "--piles") == "2"
     assert "--branch" in collection.arguments
@@ -63,11 +69,10 @@ def test_numbers_of_one_s_own(tmp_path: Path) -> None:
     ("text", "says"),
     [
         ("[full]\nseed = 1", "missing required field"),
-        ("[mine]\nseed = 4\nsegmenter = { piles = 2, held_out = 1, steps = 3 }\nrounds = []", "unknown scale 'full'"),
-        ("[full]\nseed = 4\nsegmenter = { piles = 2, held_out = 1, steps = 3 }\nrounds = []", "full has no rounds"),
+        (f"[mine]\n{HEAD}rounds = []", "unknown scale 'full'"),
+        (f"[full]\n{HEAD}rounds = []", "full has no rounds"),
         (
-            "[full]\nseed = 4\nsegmenter = { piles = 2, held_out = 1, steps = 3 }\n"
-            "[[full.rounds]]\nscenes = 5\nbegin = true\ncritic_steps = 6",
+            f"[full]\n{HEAD}[[full.rounds]]\nscenes = 5\nbegin = true\ncritic_steps = 6",
             "first round of full has no critic to begin with",
         ),
         ("[full", "end of a table declaration"),
