@@ -75,22 +75,22 @@ INVISIBLE = PaperTable(
 )
 DEPTH_MASK_EXPLORATION = PaperTable(
     "depth-mask-exploration",
-    "Depth+mask: a critic without colour, exploration",
+    "Depth+mask: critics without and with colour, exploration",
     "exploration",
     50,
     (
         PaperRow("depth+mask", "Depth+Mask", 87.0, 3.30, 1.34),
-        PaperRow("ours", "Explorer", 93.5, 2.70, 1.28),
+        PaperRow("color+depth+mask", "Color+Depth+Mask", 93.5, 2.70, 1.28),
     ),
 )
 DEPTH_MASK_COORDINATION = PaperTable(
     "depth-mask-coordination",
-    "Depth+mask: a critic without colour, coordination",
+    "Depth+mask: critics without and with colour, coordination",
     "coordination",
     30,
     (
         PaperRow("depth+mask", "Depth+Mask", 78.7, 4.06, 0.29),
-        PaperRow("ours", "Coordinator", 87.5, 3.51, 0.90),
+        PaperRow("color+depth+mask", "Color+Depth+Mask", 87.5, 3.51, 0.90),
     ),
 )
 TABLES = (EXPLORATION, COORDINATION, INVISIBLE, DEPTH_MASK_EXPLORATION, DEPTH_MASK_COORDINATION)

@@ -8,7 +8,8 @@ from grasping_invisible.training.evaluate import Evaluation
 from grasping_invisible.training.evaluation_methods import METHODS, OURS
 from grasping_invisible.training.paper_figures import COORDINATION, EXPLORATION, INVISIBLE, PaperTable
 
-DEPTH_MASK = "depth+mask"
+# Bundles of our own method that differ by what their critics see, with tables of their own.
+DEPTH_MASK, COLOR = "depth+mask", "color+depth+mask"
 # Target-agnostic: they ask their critic about any object, so they may have one that was trained so.
 AGNOSTIC = ("vpg", "mask-vpg")
 # Beside the methods of the paper's tables.
@@ -17,7 +18,10 @@ ADDED: dict[str, tuple[str, ...]] = {"coordination": ("mechanical-search",), "in
 
 @dataclass(frozen=True)
 class Protocol:
-    """What to measure, with folders of bundles: None is the shipped one, and leaves depth+mask out.
+    """What to measure, with folders of bundles: None is the shipped one.
+
+    `depth_mask_models`, `color_models`: bundles that were made alike but for what their critics see, for the tables of
+    the paper's appendix; None leaves them out.
 
     `runs`: of each scene, None the full protocol's. `log_dir`: where the runs of our own method leave their logs.
     """
@@ -25,6 +29,7 @@ class Protocol:
     out: Path
     models: Path | None = None
     depth_mask_models: Path | None = None
+    color_models: Path | None = None
     agnostic_models: Path | None = None
     runs: int | None = None
     seed: int = 0
@@ -36,8 +41,9 @@ class Protocol:
             for method in (*_methods_of(table), *ADDED.get(table.suite, ())):
                 models = self.agnostic_models if method in AGNOSTIC and self.agnostic_models else self.models
                 yield self._evaluation(table, method, method, models)
-            if self.depth_mask_models is not None and table is not INVISIBLE:
-                yield self._evaluation(table, OURS, DEPTH_MASK, self.depth_mask_models)
+            for name, models in ((DEPTH_MASK, self.depth_mask_models), (COLOR, self.color_models)):
+                if models is not None and table is not INVISIBLE:
+                    yield self._evaluation(table, OURS, name, models)
 
     def _evaluation(self, table: PaperTable, method: str, name: str, models: Path | None) -> Evaluation:
         return Evaluation(

@@ -8,17 +8,20 @@ from grasping_invisible.training.protocol import Protocol
 
 
 def test_the_full_protocol_is_the_papers(tmp_path: Path):
-    planned = list(
-        Protocol(out=tmp_path, depth_mask_models=tmp_path / "d", agnostic_models=tmp_path / "v").evaluations()
-    )
+    folders = {name: tmp_path / name for name in ("depth_mask_models", "color_models", "agnostic_models")}
+    planned = list(Protocol(out=tmp_path, **folders).evaluations())
     assert {(item.suite, item.runs) for item in planned} == {
         ("exploration", 50),
         ("coordination", 30),
         ("invisible", 20),
     }
-    assert Counter(item.suite for item in planned) == {"exploration": 5, "coordination": 6, "invisible": 4}
-    assert {item.method for item in planned if item.models == tmp_path / "v"} == {"vpg", "mask-vpg"}
-    assert {(item.method, item.name) for item in planned if item.models == tmp_path / "d"} == {("ours", "depth+mask")}
+    assert Counter(item.suite for item in planned) == {"exploration": 6, "coordination": 7, "invisible": 4}
+    by_models = {item.models: set[tuple[str, str]]() for item in planned}
+    for item in planned:
+        by_models[item.models].add((item.method, item.name))
+    assert by_models[folders["agnostic_models"]] == {("vpg", "vpg"), ("mask-vpg", "mask-vpg")}
+    assert by_models[folders["depth_mask_models"]] == {("ours", "depth+mask")}
+    assert by_models[folders["color_models"]] == {("ours", "color+depth+mask")}
     assert len({item.results for item in planned}) == len(planned)
 
 
@@ -31,4 +34,4 @@ def test_without_more_bundles_all_is_measured_with_one(tmp_path: Path):
     planned = list(Protocol(out=tmp_path, models=tmp_path / "m", runs=1, log_dir=tmp_path / "logs").evaluations())
     assert {(item.models, item.runs) for item in planned} == {(tmp_path / "m", 1)}
     assert {item.name for item in planned if item.log_dir} == {"ours"}
-    assert "depth+mask" not in {item.name for item in planned}
+    assert not {"depth+mask", "color+depth+mask"} & {item.name for item in planned}

@@ -55,10 +55,16 @@ def test_a_name_that_is_the_same_as_ours_is_ours(stored):
 
 def test_a_bundles_own_name_has_a_table_of_its_own(stored, results_file, result_of):
     runs = [result_of(scene, seed, True, 2) for scene in SCENES for seed in range(10)]
-    variant = read_results(results_file("coordination", "ours", runs, name="depth+mask", bundle="d"))
-    tables = result_tables([*stored(ours=9, rand=2), *variant])
-    assert [[row.name for row in table.rows] for table in tables] == [["rand", "ours"], ["depth+mask", "ours"]]
-    assert len(result_tables([*stored(rand=2), *variant])) == 1  # nothing to stand beside
+    twins = [
+        read_results(results_file("coordination", "ours", runs, name=name, bundle=bundle))
+        for name, bundle in (("color+depth+mask", "c"), ("depth+mask", "d"))
+    ]
+    tables = result_tables([*stored(ours=9, rand=2), *twins[0], *twins[1]])
+    assert [[row.name for row in table.rows] for table in tables] == [
+        ["rand", "ours"],
+        ["depth+mask", "color+depth+mask"],
+    ]
+    assert len(result_tables([*stored(ours=9), *twins[1]])) == 1  # nothing to stand beside
 
 
 def test_a_row_is_of_one_bundle_and_counts_no_run_twice(stored, results_file, result_of):

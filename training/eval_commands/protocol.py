@@ -22,6 +22,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     )
     add_models(parser)
     parser.add_argument("--depth-mask-models", type=Path, metavar="DIR", help="a bundle whose critic sees no colour")
+    parser.add_argument("--color-models", type=Path, metavar="DIR", help="one made alike whose critic sees colour too")
     parser.add_argument("--agnostic-models", type=Path, metavar="DIR", help="a bundle for vpg and mask-vpg")
     parser.add_argument("--runs", type=int, help="of each scene (default: the full 50, 30 and 20)")
     parser.add_argument("--seed", type=int, default=0, help="another one gives other variations of the scenes")
@@ -38,6 +39,7 @@ def run(options: argparse.Namespace) -> None:
         out=options.out,
         models=options.models,
         depth_mask_models=options.depth_mask_models,
+        color_models=options.color_models,
         agnostic_models=options.agnostic_models,
         runs=options.runs,
         seed=options.seed,
