@@ -6,7 +6,7 @@ watcher: the loop tells it and does not wait.
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from itertools import count
 from typing import Protocol
@@ -93,6 +93,7 @@ def run_loop(
         if _is_over(progress, plan):
             return progress
 
+        memory = replace(memory, last_motion=progress.motions + 1 == plan.max_motions)
         deliberation = deliberate(perception, memory, models, settings, plan.seed)
         progress.decision_ms.append(sum(deliberation.stage_ms.values()))
         for watcher in watchers:

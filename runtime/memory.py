@@ -1,4 +1,4 @@
-"""What a decision remembers of earlier ones; bounded, so that a logged decision can be made again."""
+"""What a decision knows of its run; bounded and logged, so that the decision can be made again."""
 
 import math
 from dataclasses import dataclass
@@ -34,13 +34,13 @@ class FruitlessAction:
 
 @dataclass(frozen=True)
 class Memory:
-    """All that a decision knows of the past.
+    """All that a decision knows of its run.
 
     `failed_pushes`: where explorational pushes acted that changed the scene and did not bring the target to light,
     (x, y) in the base frame, most recent last, at most three. `consecutive_grasp_failures`: c_g. `step`: 0-based
     within the run. `fruitless`: actions since the scene last changed, and the latest pushes, most recent last.
     `consecutive_pushes`: pushes since the last grasp. `last_seen`: where the target may be, should nothing of it show,
-    (x, y) in the base frame.
+    (x, y) in the base frame. `last_motion`: the run allows none after this one.
     """
 
     failed_pushes: tuple[tuple[float, float], ...] = ()
@@ -49,6 +49,7 @@ class Memory:
     fruitless: tuple[FruitlessAction, ...] = ()
     consecutive_pushes: int = 0
     last_seen: tuple[tuple[float, float], ...] = ()
+    last_motion: bool = False
 
 
 def untried(kind: gi.MotionKind, memory: Memory, workspace: Workspace) -> NDArray[np.bool_]:
@@ -83,6 +84,7 @@ def memory_message(memory: Memory) -> gi.DecisionMemory:
         ],
         consecutive_pushes=memory.consecutive_pushes,
         last_seen=[gi.Place(x=x, y=y) for x, y in memory.last_seen],
+        last_motion=memory.last_motion,
     )
 
 
@@ -97,4 +99,5 @@ def memory_from_message(message: gi.DecisionMemory) -> Memory:
         ),
         consecutive_pushes=message.consecutive_pushes,
         last_seen=tuple((place.x, place.y) for place in message.last_seen),
+        last_motion=message.last_motion,
     )

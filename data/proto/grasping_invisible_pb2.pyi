@@ -288,20 +288,22 @@ class FruitlessAction(_message.Message):
     def __init__(self, kind: _Optional[_Union[MotionKind, str]] = ..., x: _Optional[float] = ..., y: _Optional[float] = ..., yaw: _Optional[float] = ..., push_level: _Optional[int] = ..., unchanged: _Optional[bool] = ...) -> None: ...
 
 class DecisionMemory(_message.Message):
-    __slots__ = ("failed_pushes", "consecutive_grasp_failures", "step", "fruitless", "consecutive_pushes", "last_seen")
+    __slots__ = ("failed_pushes", "consecutive_grasp_failures", "step", "fruitless", "consecutive_pushes", "last_seen", "last_motion")
     FAILED_PUSHES_FIELD_NUMBER: _ClassVar[int]
     CONSECUTIVE_GRASP_FAILURES_FIELD_NUMBER: _ClassVar[int]
     STEP_FIELD_NUMBER: _ClassVar[int]
     FRUITLESS_FIELD_NUMBER: _ClassVar[int]
     CONSECUTIVE_PUSHES_FIELD_NUMBER: _ClassVar[int]
     LAST_SEEN_FIELD_NUMBER: _ClassVar[int]
+    LAST_MOTION_FIELD_NUMBER: _ClassVar[int]
     failed_pushes: _containers.RepeatedCompositeFieldContainer[Place]
     consecutive_grasp_failures: int
     step: int
     fruitless: _containers.RepeatedCompositeFieldContainer[FruitlessAction]
     consecutive_pushes: int
     last_seen: _containers.RepeatedCompositeFieldContainer[Place]
-    def __init__(self, failed_pushes: _Optional[_Iterable[_Union[Place, _Mapping]]] = ..., consecutive_grasp_failures: _Optional[int] = ..., step: _Optional[int] = ..., fruitless: _Optional[_Iterable[_Union[FruitlessAction, _Mapping]]] = ..., consecutive_pushes: _Optional[int] = ..., last_seen: _Optional[_Iterable[_Union[Place, _Mapping]]] = ...) -> None: ...
+    last_motion: bool
+    def __init__(self, failed_pushes: _Optional[_Iterable[_Union[Place, _Mapping]]] = ..., consecutive_grasp_failures: _Optional[int] = ..., step: _Optional[int] = ..., fruitless: _Optional[_Iterable[_Union[FruitlessAction, _Mapping]]] = ..., consecutive_pushes: _Optional[int] = ..., last_seen: _Optional[_Iterable[_Union[Place, _Mapping]]] = ..., last_motion: _Optional[bool] = ...) -> None: ...
 
 class StageTime(_message.Message):
     __slots__ = ("stage", "milliseconds")

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -36,6 +38,14 @@ def test_the_classifier_chooses_the_kind_and_the_critic_the_place(valued, set_mo
     assert (proposal.q_push, proposal.q_grasp, proposal.grasp_probability) == (0.5, 0.75, probability)
     (mask,) = set_models.masks
     np.testing.assert_array_equal(mask, valued.perception.mask)
+
+
+def test_the_last_motion_is_a_grasp(valued, set_models):
+    set_models.probability = 0.1
+    proposal = coordinate(replace(valued, memory=replace(valued.memory, last_motion=True)))
+    assert proposal is not None
+    assert (proposal.kind, proposal.choice.value, proposal.grasp_probability) == (gi.GRASP, 0.75, 0.1)
+    assert "the last motion" in proposal.why
 
 
 def test_the_classifier_is_told_the_values_the_border_and_the_failures(valued, set_models):

@@ -68,6 +68,18 @@ def test_budget_ends_the_run(table_robot: Any, color_models: Any) -> None:
     assert (progress.grasped, progress.found, progress.motions) == (False, True, 4)
 
 
+def test_the_last_motion_is_known_as_such(table_robot: Any, color_models: Any) -> None:
+    known: list[bool] = []
+
+    class Notes(Diary):
+        def decided(self, frame: Any, deliberation: Deliberation) -> None:
+            known.append(deliberation.decision.memory.last_motion)
+
+    table_robot.grasps_fail = 99
+    run_loop(table_robot, color_models, RED, RunPlan(max_motions=3), (Notes(),))
+    assert known == [False, False, True]
+
+
 def test_a_search_ends_when_the_target_is_seen(table_robot: Any, color_models: Any) -> None:
     progress = run_loop(table_robot, color_models, RED, RunPlan(goal=Goal.FIND))
     assert (progress.found, progress.motions) == (True, 1)

@@ -23,7 +23,7 @@ def after(kind: gi.MotionKind, yaw: float) -> Memory:
 
 def test_it_survives_the_log():
     fruitless = (FruitlessAction(gi.PUSH, 0.5, 0.0, math.pi / 8, RAISED, unchanged=True),)
-    memory = Memory(((0.5, 0.1), (0.4, -0.1)), 2, 7, fruitless, last_seen=((0.6, 0.0), (0.7, 0.0)))
+    memory = Memory(((0.5, 0.1), (0.4, -0.1)), 2, 7, fruitless, last_seen=((0.6, 0.0), (0.7, 0.0)), last_motion=True)
     logged = gi.DecisionMemory.FromString(memory_message(memory).SerializeToString())
     assert memory_from_message(logged) == memory
 
