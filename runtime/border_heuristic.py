@@ -4,7 +4,7 @@ import numpy as np
 
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.target_border import TargetBorder
-from grasping_invisible.runtime.coordinator import instead, seen
+from grasping_invisible.runtime.coordinator import seen
 from grasping_invisible.runtime.options import options_for
 from grasping_invisible.runtime.situation import Proposal, Situation
 
@@ -20,11 +20,10 @@ def border_heuristic(situation: Situation) -> Proposal | None:
     failures = situation.memory.consecutive_grasp_failures
     rate = pushing_rate(options.q_push, options.q_grasp, situation.border, failures)
     preferred = drawn_kind(rate, situation.border.ratio, failures, situation.rng)
-    kind, choice = options.best(preferred, situation.rng)
+    kind, choice, caveat = options.best(preferred, situation.rng)
     why = (
         f"{seen(situation)}: pushing rate {rate:.2f}; best push {options.q_push:.2f}, best grasp "
-        f"{options.q_grasp:.2f}, border {situation.border.ratio:.0%} occupied, {failures} grasps failed"
-        f"{instead(preferred, kind)}"
+        f"{options.q_grasp:.2f}, border {situation.border.ratio:.0%} occupied, {failures} grasps failed{caveat}"
     )
     return Proposal(kind, choice, options.q_maps, options.q_push, options.q_grasp, why)
 

@@ -21,8 +21,8 @@ def classifier_features(
 def coordinate(situation: Situation) -> Proposal | None:
     """Ask the classifier whether to grasp, then take the best motion of that kind for the target.
 
-    A run's last motion is a grasp whatever the classifier says, for a push takes nothing. Where the preferred kind
-    allows no motion the other kind is taken; None where neither does.
+    Where that kind allows no motion, or a push would be the run's last, the other kind is taken; None where neither
+    allows one.
     """
     options = options_for(situation, situation.perception.mask)
     if options is None:
@@ -30,13 +30,11 @@ def coordinate(situation: Situation) -> Proposal | None:
     q_push, q_grasp = options.q_push, options.q_grasp
     features = classifier_features(q_push, q_grasp, situation.border, situation.memory.consecutive_grasp_failures)
     probability = situation.models.grasp_probability(features)
-    last = situation.memory.last_motion
-    preferred = gi.GRASP if probability >= GRASP_THRESHOLD or last else gi.PUSH
-    kind, choice = options.best(preferred, situation.rng)
+    preferred = gi.GRASP if probability >= GRASP_THRESHOLD else gi.PUSH
+    kind, choice, caveat = options.best(preferred, situation.rng)
     why = (
         f"{seen(situation)}: a grasp would succeed with probability {probability:.2f}; best push {q_push:.2f}, "
-        f"best grasp {q_grasp:.2f}, border {situation.border.ratio:.0%} occupied"
-        f"{'; the last motion' if last else ''}{instead(preferred, kind)}"
+        f"best grasp {q_grasp:.2f}, border {situation.border.ratio:.0%} occupied{caveat}"
     )
     return Proposal(kind, choice, options.q_maps, q_push, q_grasp, why, probability)
 
@@ -44,8 +42,3 @@ def coordinate(situation: Situation) -> Proposal | None:
 def seen(situation: Situation) -> str:
     """That the target is seen, and how much of it."""
     return f"seen ({situation.perception.target_pixels} px)"
-
-
-def instead(preferred: gi.MotionKind, kind: gi.MotionKind) -> str:
-    """What a person should know where a method could not do what it wanted."""
-    return "" if kind == preferred else f"; no {gi.MotionKind.Name(preferred).lower()} is possible"

@@ -79,10 +79,10 @@ def _quality(situation: Situation, mask: NDArray[np.bool_], options: Options) ->
 
 def _proposal(candidate: _Candidate, kind: gi.MotionKind, situation: Situation, judgement: str) -> Proposal:
     options = candidate.options
-    kind, choice = options.best(kind, situation.rng)
+    kind, choice, caveat = options.best(kind, situation.rng)
     sight = "seen" if situation.perception.target_seen else "not seen"
     why = (
         f"{sight}: {gi.MotionKind.Name(kind).lower()} {candidate.name}, whose grasp would succeed with probability "
-        f"{candidate.quality:.2f}, {judgement}"
+        f"{candidate.quality:.2f}, {judgement}{caveat}"
     )
     return Proposal(kind, choice, options.q_maps, options.q_push, options.q_grasp, why, candidate.quality)

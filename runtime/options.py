@@ -15,11 +15,15 @@ from grasping_invisible.runtime.situation import Situation
 
 @dataclass(frozen=True)
 class Options:
-    """Pushes, (2, 16, 112, 112) bool, and grasps, (16, 112, 112) bool; not all false."""
+    """Pushes, (2, 16, 112, 112) bool, and grasps, (16, 112, 112) bool; not all false.
+
+    `last`: the target is in view and no motion can follow, so that a push would be in vain.
+    """
 
     q_maps: QMaps
     pushes: NDArray[np.bool_]
     grasps: NDArray[np.bool_]
+    last: bool = False
 
     @property
     def q_push(self) -> float:
@@ -31,14 +35,25 @@ class Options:
         """q_g: the greatest Q value of these grasps, 0 where there are none."""
         return best_value(self.q_maps.grasp, self.grasps) or 0.0
 
-    def best(self, kind: gi.MotionKind, rng: np.random.Generator) -> tuple[gi.MotionKind, Choice]:
-        """The best motion of a kind, or of the other kind where there is none of it."""
-        push = best_action(self.q_maps.push, self.pushes, rng) if kind == gi.PUSH or not self.grasps.any() else None
-        if push is not None:
-            return gi.PUSH, push
-        grasp = best_action(self.q_maps.grasp, self.grasps, rng)
-        assert grasp is not None  # there are options
-        return gi.GRASP, grasp
+    def best(self, preferred: gi.MotionKind, rng: np.random.Generator) -> tuple[gi.MotionKind, Choice, str]:
+        """The best motion of a kind, and what to add to why where it is of the other: for want of any, or the last."""
+        if self.last and preferred == gi.PUSH and self.grasps.any():
+            kind, caveat = gi.GRASP, "; the last motion"
+        else:
+            kind = preferred if self._allowed(preferred).any() else gi.GRASP if preferred == gi.PUSH else gi.PUSH
+            caveat = instead(preferred, kind)
+        values = self.q_maps.push if kind == gi.PUSH else self.q_maps.grasp
+        choice = best_action(values, self._allowed(kind), rng)
+        assert choice is not None  # there are options
+        return kind, choice, caveat
+
+    def _allowed(self, kind: gi.MotionKind) -> NDArray[np.bool_]:
+        return self.pushes if kind == gi.PUSH else self.grasps
+
+
+def instead(preferred: gi.MotionKind, kind: gi.MotionKind) -> str:
+    """What a person should know where a method could not do what it wanted."""
+    return "" if kind == preferred else f"; no {gi.MotionKind.Name(preferred).lower()} is possible"
 
 
 def options_for(situation: Situation, mask: NDArray[np.bool_]) -> Options | None:
@@ -61,5 +76,6 @@ def options_among(
         q_maps,
         situation.pushes & situation.untried(gi.PUSH) & pushes,
         low_grasps(situation.maps, grasps) & situation.untried(gi.GRASP),
+        last=situation.memory.last_motion and situation.perception.target_seen,
     )
     return options if options.pushes.any() or options.grasps.any() else None

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 from grasping_invisible.data.action_grid import LOW, feasible_grasps
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.choice import Choice, best_action
-from grasping_invisible.runtime.coordinator import instead, seen
+from grasping_invisible.runtime.coordinator import seen
 from grasping_invisible.runtime.critic import QMaps
 from grasping_invisible.runtime.motion import low_grasps, open_pushes
+from grasping_invisible.runtime.options import instead
 from grasping_invisible.runtime.situation import Proposal, Situation
 
 

@@ -54,10 +54,10 @@ def _near(mask: NDArray[np.bool_], resolution: float) -> NDArray[np.bool_]:
 
 def _greatest(options: Options, situation: Situation, within: str) -> Proposal:
     preferred = gi.GRASP if options.q_grasp >= options.q_push else gi.PUSH
-    kind, choice = options.best(preferred, situation.rng)
+    kind, choice, caveat = options.best(preferred, situation.rng)
     sight = seen(situation) if situation.perception.target_seen else "not seen"
     why = (
         f"{sight}: the greatest agnostic value within {within}; best push {options.q_push:.2f}, "
-        f"best grasp {options.q_grasp:.2f}"
+        f"best grasp {options.q_grasp:.2f}{caveat}"
     )
     return Proposal(kind, choice, options.q_maps, options.q_push, options.q_grasp, why)
