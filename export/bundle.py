@@ -15,7 +15,7 @@ from grasping_invisible.runtime.classifier import FEATURES
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.manifest import CameraAssumptions, CriticInput, Manifest, ModelFile, write_manifest
 from grasping_invisible.runtime.rotation import ROTATED_CELLS
-from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights
+from grasping_invisible.training.checkpoint import Checkpoint, finished_checkpoint, load_weights
 from grasping_invisible.training.classifier_net import ClassifierGraph, ClassifierNet
 from grasping_invisible.training.critic_design import critic_of
 from grasping_invisible.training.segmenter_net import SegmenterGraph, SegmenterNet
@@ -38,7 +38,7 @@ def export_checkpoints(folders: Sequence[Path], out: Path) -> Manifest:
     for folder in folders:
         if folder not in giving:
             raise BadInput(f"{folder} gives no model: {_why_none(folder)}")
-    return export_bundle({kind: load_checkpoint(file, kind) for kind, file in files.items()}, out)
+    return _export(files, out)
 
 
 def _why_none(folder: Path) -> str:
@@ -53,13 +53,12 @@ def _found(folders: Sequence[Path], name: str) -> Path:
     return next((folder / name for folder in folders if (folder / name).is_file()), folders[-1] / name)
 
 
-def export_bundle(checkpoints: dict[str, Checkpoint], out: Path) -> Manifest:
-    """Write three ONNX files and their manifest into `out`; raises `BadInput` or `ParityError`."""
+def _export(sources: dict[str, Path], out: Path) -> Manifest:
+    checkpoints = {kind: finished_checkpoint(sources[kind], kind) for kind in MODELS}
     out.mkdir(parents=True, exist_ok=True)
     files: dict[str, ModelFile] = {}
-    for kind in MODELS:
-        checkpoint = checkpoints[kind]
-        file = write_onnx(_graph(checkpoint, out), out)
+    for kind, checkpoint in checkpoints.items():
+        file = write_onnx(_graph(checkpoint, sources[kind]), out)
         files[kind] = msgspec.structs.replace(file, scores=checkpoint.scores, trained_on=checkpoint.trained_on)
     manifest = Manifest(
         project_version=version("grasping-invisible"),

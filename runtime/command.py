@@ -4,6 +4,7 @@ import _thread
 import os
 import signal
 import sys
+import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator
@@ -47,8 +48,11 @@ def run_command(program: str, body: Callable[[], int]) -> int:
 def interruptions_held() -> Iterator[None]:
     """For what must not be left half done: a signal that comes inside takes effect at the end of the block.
 
-    Only in the main thread.
+    Elsewhere than in the main thread, which alone handles signals, there is nothing to hold.
     """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
     came: list[int] = []
     handlers = {number: signal.signal(number, lambda number, _: came.append(number)) for number in _SIGNALS}
     try:

@@ -33,6 +33,11 @@ class Checkpoint:
     resume: dict[str, Any] = field(default_factory=dict)
     design: dict[str, str] = field(default_factory=dict)
 
+    @property
+    def finished(self) -> bool:
+        """Whether all of its steps were done; before, it has no scores."""
+        return bool(self.scores)
+
 
 def save_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
     """Write a checkpoint so that a crash leaves the old one or the new one, never half of one."""
@@ -56,10 +61,18 @@ def load_checkpoint(path: Path, kind: str) -> Checkpoint:
     return checkpoint
 
 
+def finished_checkpoint(path: Path, kind: str) -> Checkpoint:
+    """As `load_checkpoint`; raises `BadInput` for one of a training that was interrupted, too."""
+    checkpoint = load_checkpoint(path, kind)
+    if not checkpoint.finished:
+        raise BadInput(f"{path} is of a training that is not finished; the same gi-train {kind} goes on with it")
+    return checkpoint
+
+
 def load_weights(net: torch.nn.Module, checkpoint: Checkpoint, path: Path) -> None:
     """Put a checkpoint's weights into a network; raises `BadInput` where they are of another design."""
     try:
         net.load_state_dict(checkpoint.weights)
-    except RuntimeError as error:
-        line = str(error).splitlines()[0]
-        raise BadInput(f"{path} does not fit this version's {checkpoint.kind}: {line}") from None
+    except RuntimeError as error:  # its first line only names the class
+        reason = "; ".join(line.strip() for line in str(error).splitlines()[1:3])
+        raise BadInput(f"{path} does not fit this {checkpoint.kind}: {reason}") from None

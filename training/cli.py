@@ -11,9 +11,9 @@ from rich.table import Table
 
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.rotation import CRITIC_INPUTS
-from grasping_invisible.training.checkpoint import SHIPPED, Checkpoint, checkpoint_folder
+from grasping_invisible.training.checkpoint import SHIPPED, Checkpoint, checkpoint_folder, finished_checkpoint
 from grasping_invisible.training.command import run_command
-from grasping_invisible.training.critic_design import NETWORKS, CriticDesign
+from grasping_invisible.training.critic_design import NETWORKS, CriticDesign, design_of
 from grasping_invisible.training.experience import read_experience
 from grasping_invisible.training.train_classifier import ClassifierTraining, train_classifier
 from grasping_invisible.training.train_critic import REWARDS, CriticTraining, train_critic
@@ -76,8 +76,10 @@ def _add_critic(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--rewards", choices=REWARDS, help="what motions are worth (default: as in --begin, otherwise success)"
     )
-    parser.add_argument("--network", choices=NETWORKS, default=defaults.design.network, help="densenet: the paper's")
-    parser.add_argument("--inputs", choices=CRITIC_INPUTS, default=defaults.design.inputs, help="what it sees")
+    as_begun = "(default: as in --begin, otherwise {})"
+    network, inputs = as_begun.format(defaults.design.network), as_begun.format(defaults.design.inputs)
+    parser.add_argument("--network", choices=NETWORKS, help=f"densenet: the paper's {network}")
+    parser.add_argument("--inputs", choices=CRITIC_INPUTS, help=f"what it sees {inputs}")
     parser.add_argument("--agnostic", action="store_true", help="learn of any object, as VPG does, and not of a target")
     parser.add_argument(
         "--begin",
@@ -93,12 +95,14 @@ def _add_critic(parser: argparse.ArgumentParser) -> None:
 
 
 def _critic(options: argparse.Namespace, console: Console) -> Checkpoint:
+    begin = options.begin and options.begin / "critic.pt"
+    begun = CriticDesign() if begin is None else design_of(finished_checkpoint(begin, "critic"))
     settings = CriticTraining(
         checkpoint=options.out / "critic.pt",
         rewards=options.rewards,
-        design=CriticDesign(options.network, options.inputs),
+        design=CriticDesign(options.network or begun.network, options.inputs or begun.inputs),
         imagenet=options.imagenet,
-        begin=options.begin and options.begin / "critic.pt",
+        begin=begin,
         steps=_positive(options, "steps"),
         rounds=_positive(options, "rounds"),
         batch=_positive(options, "batch"),

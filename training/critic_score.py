@@ -9,17 +9,22 @@ from numpy.typing import NDArray
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.training.critic_batch import example, executed_values
 from grasping_invisible.training.critic_net import CriticNet
-from grasping_invisible.training.transitions import HIDDEN, Transition, grasps_tried
+from grasping_invisible.training.transitions import HIDDEN, GraspsTried, Transition
 
 BATCH = 32
 
 
 def score_critic(
-    net: CriticNet, transitions: Sequence[Transition], targets: NDArray[np.float32], middle: float
+    net: CriticNet,
+    transitions: Sequence[Transition],
+    tried: GraspsTried,
+    targets: NDArray[np.float32],
+    middle: float,
 ) -> dict[str, float]:
     """Scores of a network in evaluation mode; what the transitions have no example of is left out.
 
-    `targets`: (T,), reward plus discounted value of the next state. `td_error`: mean absolute difference to them.
+    `tried`: `grasps_tried` of all that the transitions are a part of. `targets`: (T,), reward plus discounted value of
+    the next state. `td_error`: mean absolute difference to them.
     `grasp_auc`: how well the Q value tells successful from failed grasps aimed at the goal. `push_auc`: the same of
     pushes after which a grasp took the goal and of those after which all that were tried failed. `reveal_auc`: of
     pushes of a search that brought something to light and others.
@@ -29,7 +34,7 @@ def score_critic(
     search = np.array([transition.goal == HIDDEN for transition in transitions], np.bool_)
     aimed = np.array([transition.aimed for transition in transitions], np.bool_)
     success = np.array([transition.success for transition in transitions], np.bool_)
-    led_to = _led_to_success(transitions)
+    led_to = _led_to_success(transitions, tried)
     push = np.array([index in led_to for index in range(len(transitions))], np.bool_)
     freed = np.array([led_to.get(index, False) for index in range(len(transitions))], np.bool_)
     scores = {
@@ -45,13 +50,12 @@ def score_critic(
     return {name: value for name, value in scores.items() if np.isfinite(value)}
 
 
-def _led_to_success(transitions: Sequence[Transition]) -> dict[int, bool]:
+def _led_to_success(transitions: Sequence[Transition], tried: GraspsTried) -> dict[int, bool]:
     """Of each push after which the goal was to be grasped: its index, and whether any such grasp took it."""
-    taken = grasps_tried(transitions)
     return {
-        index: taken[id(transition.then), transition.goal]
+        index: tried[id(transition.then), transition.goal]
         for index, transition in enumerate(transitions)
-        if transition.kind == gi.PUSH and (id(transition.then), transition.goal) in taken
+        if transition.kind == gi.PUSH and (id(transition.then), transition.goal) in tried
     }
 
 

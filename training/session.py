@@ -1,5 +1,6 @@
 """One training run of a network: steps, learning rate, curves, checkpoints that an interrupted run goes on from."""
 
+import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -8,9 +9,11 @@ import torch
 from rich.console import Console
 
 from grasping_invisible.data.progress import bar
+from grasping_invisible.runtime.command import interruptions_held
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights, save_checkpoint
 from grasping_invisible.training.curves import FOLDER, Curves
+from grasping_invisible.training.source import source_commit
 
 SAVE_EVERY = 200  # steps
 NOTE_EVERY = 20  # steps between two points of a curve
@@ -20,9 +23,9 @@ MAX_GRADIENT = 5.0  # norm
 class Session:
     """Trains one network by one optimizer over a one-cycle learning rate.
 
-    Goes on from the checkpoint at `path` if that was interrupted with the same data and number of steps; a finished
-    one with the same is only scored again, and any other is left as it is and refused. A batch may depend on the
-    step's number alone, never on state that a checkpoint does not hold (see `memory`).
+    Goes on from the checkpoint at `path` if that was interrupted with the same data and numbers; a finished one with
+    the same is only scored again, and any other is left as it is and refused. A batch may depend on the step's number
+    alone, never on state that a checkpoint does not hold (see `memory`).
     """
 
     def __init__(
@@ -34,18 +37,21 @@ class Session:
         learning_rate: float,
         steps: int,
         data: str,
+        numbers: Mapping[str, int] | None = None,
         memory: dict[str, torch.Tensor] | None = None,
         design: dict[str, str] | None = None,
     ) -> None:
-        """`data`: a fingerprint of what is trained on. `memory`: tensors that steps change in place, kept in
-        checkpoints too. `design`: which network `net` is, where a kind has several. Raises `BadInput` where the
-        checkpoint there cannot be used.
+        """`data`: a fingerprint of what is trained on. `numbers`: what else the weights depend on, such as seed and
+        batch. `memory`: tensors that steps change in place, kept in checkpoints too. `design`: which network `net` is,
+        where a kind has several. Raises `BadInput` where the checkpoint there cannot be used.
         """
         self.kind, self.path, self.net, self.optimizer = kind, path, net, optimizer
         self.steps, self.data = steps, data
+        self.numbers = dict(numbers or {})
         self.memory = memory or {}
         self.design = design or {}
         self.step = 0
+        self._known_of: dict[str, str | int | float] | None = None  # what a finished checkpoint says it was trained on
         self.schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, learning_rate, total_steps=steps, pct_start=0.15)
         if path.is_file():
             self._resume(load_checkpoint(path, kind))
@@ -66,7 +72,8 @@ class Session:
 
         `losses_of_step(step)`: single values; that named "loss" is descended, and all become curves, each point a mean
         of `NOTE_EVERY` steps. `measure()`: scores on held-out data, asked for whenever it saves on the way; it gets the
-        network in evaluation mode and draws no random numbers of torch's.
+        network in evaluation mode and draws no random numbers of torch's. Raises `BadInput` where the loss is not
+        finite.
         """
         end = self.steps if until is None else until
         curves = Curves(self.path.parent / FOLDER / self.kind)
@@ -74,9 +81,12 @@ class Session:
         try:
             with bar(f"training {self.kind}", self.steps, console, self.step) as advance:
                 while self.step < end:
-                    losses = losses_of_step(self.step)
+                    with interruptions_held():  # what is saved on the way out is whole steps
+                        losses = losses_of_step(self.step)
+                        if not math.isfinite(losses["loss"].detach()):
+                            raise BadInput(f"the {self.kind} diverges: its loss in step {self.step} is not finite")
+                        self._take(losses["loss"])
                     recent.append({name: float(value.detach()) for name, value in losses.items()})
-                    self._take(losses["loss"])
                     note = None
                     if self.step % NOTE_EVERY == 0:
                         means = {name: float(np.mean([values[name] for values in recent])) for name in recent[0]}
@@ -96,14 +106,16 @@ class Session:
             self.save()
             curves.close()
 
-    def finish(self, scores: dict[str, float], trained_on: dict[str, str | int | float]) -> Checkpoint:
-        """Write the finished network with its scores."""
+    def finish(self, scores: dict[str, float], origin: Mapping[str, str | int | float]) -> Checkpoint:
+        """Write the finished network with its scores. `origin`: what its data are."""
+        numbers = {"steps": self.steps, **self.numbers}
+        trained_on = {**origin, **numbers, "source_commit": source_commit(), **self.design}
         checkpoint = Checkpoint(
             kind=self.kind,
             weights=self.net.state_dict(),
-            trained_on=trained_on | self.design,
+            trained_on=trained_on if self._known_of is None else self._known_of,
             scores=scores,
-            resume={"steps": self.steps, "data": self.data},
+            resume={"steps": self.steps, "data": self.data, "numbers": self.numbers},
             design=self.design,
         )
         save_checkpoint(self.path, checkpoint)
@@ -114,6 +126,7 @@ class Session:
         resume = {
             "steps": self.steps,
             "data": self.data,
+            "numbers": self.numbers,
             "step": self.step,
             "optimizer": self.optimizer.state_dict(),
             "schedule": self.schedule.state_dict(),
@@ -132,12 +145,19 @@ class Session:
     def _resume(self, checkpoint: Checkpoint) -> None:
         if (checkpoint.resume.get("steps"), checkpoint.resume.get("data")) != (self.steps, self.data):
             raise BadInput(f"{self.path} was trained on other data or for other steps; give --out another folder")
+        # Those of before numbers were kept do not say.
+        for name, before in checkpoint.resume.get("numbers", {}).items():
+            if self.numbers.get(name) != before:
+                raise BadInput(
+                    f"{self.path} was trained with {name} {before}, not {self.numbers.get(name)}; "
+                    "give --out another folder"
+                )
         if checkpoint.design != self.design:
             theirs, ours = (", ".join(design.values()) or "unnamed" for design in (checkpoint.design, self.design))
             raise BadInput(f"{self.path} is of another design ({theirs}, not {ours}); give --out another folder")
         load_weights(self.net, checkpoint, self.path)
-        if checkpoint.scores:
-            self.step = self.steps
+        if checkpoint.finished:
+            self.step, self._known_of = self.steps, checkpoint.trained_on
             return
         self.step = checkpoint.resume["step"]
         self.optimizer.load_state_dict(checkpoint.resume["optimizer"])

@@ -25,7 +25,6 @@ from grasping_invisible.training.device import training_device
 from grasping_invisible.training.experience import Experience
 from grasping_invisible.training.fingerprint import data_fingerprint, weights_fingerprint
 from grasping_invisible.training.session import Session
-from grasping_invisible.training.source import source_commit
 from grasping_invisible.training.transitions import Transition
 
 BUFFER = 5_000  # most recent grasps that are kept to train on
@@ -70,7 +69,10 @@ def train_classifier(settings: ClassifierTraining, experience: Experience, conso
     net = ClassifierNet()
     optimizer = torch.optim.AdamW(net.parameters(), settings.learning_rate, weight_decay=WEIGHT_DECAY)
     data = data_fingerprint(dict.fromkeys((*experience.datasets, weights_fingerprint(critic.state_dict())), 1))
-    session = Session("classifier", settings.checkpoint, net, optimizer, settings.learning_rate, settings.steps, data)
+    numbers = {"batch": settings.batch, "seed": settings.seed}
+    session = Session(
+        "classifier", settings.checkpoint, net, optimizer, settings.learning_rate, settings.steps, data, numbers
+    )
     if not session.finished:
         net.train()
         session.run(
@@ -82,10 +84,6 @@ def train_classifier(settings: ClassifierTraining, experience: Experience, conso
             "grasps": len(taught),
             "held_out_grasps": len(held_out),
             **experience.origin,
-            "steps": settings.steps,
-            "batch": settings.batch,
-            "seed": settings.seed,
-            "source_commit": source_commit(),
         },
     )
 

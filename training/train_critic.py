@@ -18,9 +18,9 @@ from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.rewards import GRASP_AIMED, GRASP_SUCCEEDED
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.heightmap import Heightmaps
-from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights
+from grasping_invisible.training.checkpoint import Checkpoint, finished_checkpoint, load_weights
 from grasping_invisible.training.critic_batch import example, executed_values
-from grasping_invisible.training.critic_design import CriticDesign
+from grasping_invisible.training.critic_design import CriticDesign, design_of
 from grasping_invisible.training.critic_net import CriticNet
 from grasping_invisible.training.critic_score import score_critic
 from grasping_invisible.training.critic_values import best_values, q_maps, q_maps_near
@@ -30,11 +30,11 @@ from grasping_invisible.training.experience import Experience
 from grasping_invisible.training.fingerprint import data_fingerprint
 from grasping_invisible.training.imagenet_weights import load_imagenet
 from grasping_invisible.training.session import Session
-from grasping_invisible.training.source import source_commit
 from grasping_invisible.training.transitions import (
     ANY_OBJECT,
     HIDDEN,
     OBJECT_GRASPED,
+    GraspsTried,
     Transition,
     goal_cells,
     goal_mask,
@@ -64,8 +64,8 @@ class CriticTraining:
 
     `rewards`: one of `REWARDS`; None: those that `begin` was taught by, otherwise `SUCCESS`. In the first round next
     states count nothing: the critic learns what motions do before what they lead to. `imagenet`: weights that a
-    DenseNet's trunk begins with, see `imagenet_weights`. `begin`: a critic's checkpoint to go on from, of the same
-    design; it knows what motions do, so its next states count from the first round on.
+    DenseNet's trunk begins with, see `imagenet_weights`. `begin`: a finished critic's checkpoint to go on from, of the
+    same design; it knows what motions do, so its next states count from the first round on.
     """
 
     checkpoint: Path
@@ -82,14 +82,21 @@ class CriticTraining:
 
 def train_critic(settings: CriticTraining, experience: Experience, console: Console) -> Checkpoint:
     """Train by prioritised replay, score on held-out runs; resumes. Raises `BadInput`."""
-    rewards = _rewards(settings, experience)
+    begin = None if settings.begin is None else finished_checkpoint(settings.begin, "critic")
+    rewards = _rewards(settings, begin, experience)
     taught, held_out = (taught_by(rewards, part) for part in (experience.taught, experience.held_out))
+    if not taught or not held_out:
+        raise BadInput(
+            f"by the rewards {rewards}, {len(taught)} transitions to train on and {len(held_out)} to score with are "
+            "too few"
+        )
     middle = middle_of(rewards, experience.agnostic)
     torch.manual_seed(settings.seed)
-    net, design = _untrained(settings)
+    net, design = _untrained(settings, begin)
     optimizer = torch.optim.AdamW(net.parameters(), settings.learning_rate, weight_decay=1e-4)
-    replay = Replay(taught, rewards)
-    watched = Replay(held_out[:: math.ceil(len(held_out) / WATCHED)], rewards)
+    tried = grasps_tried(held_out)
+    replay = Replay(taught, rewards, grasps_tried(taught))
+    watched = Replay(held_out[:: math.ceil(len(held_out) / WATCHED)], rewards, tried)
     session = Session(
         "critic",
         settings.checkpoint,
@@ -98,6 +105,7 @@ def train_critic(settings: CriticTraining, experience: Experience, console: Cons
         settings.learning_rate,
         settings.steps,
         data_fingerprint({**dict.fromkeys(experience.datasets, 1), rewards: 1, "any object": int(experience.agnostic)}),
+        {"batch": settings.batch, "rounds": settings.rounds, "seed": settings.seed},
         {"targets": replay.targets, "errors": replay.errors, "watched_targets": watched.targets},
         design,
     )
@@ -115,9 +123,9 @@ def train_critic(settings: CriticTraining, experience: Experience, console: Cons
                 lambda: _watched_scores(net, watched, middle),
             )
 
-    last = Replay(held_out, rewards)
+    last = Replay(held_out, rewards, tried)
     last.value_next_states(net, settings.seed, console)
-    scores = score_critic(net.eval(), held_out, last.targets.numpy(), middle)
+    scores = score_critic(net.eval(), held_out, tried, last.targets.numpy(), middle)
     return session.finish(
         scores,
         {
@@ -127,24 +135,19 @@ def train_critic(settings: CriticTraining, experience: Experience, console: Cons
             **experience.origin,
             "rewards": rewards,
             **({"discount": DISCOUNT} if rewards == PAPER else {}),
-            "steps": settings.steps,
-            "batch": settings.batch,
-            "seed": settings.seed,
-            "source_commit": source_commit(),
         },
     )
 
 
 class Replay:
-    """Transitions with what the critic should say of them and by how much it last was wrong.
+    """Transitions with what the critic should say of them and by how much it last was wrong."""
 
-    `taken`: `grasps_tried`, where success is what counts.
-    """
-
-    def __init__(self, transitions: Sequence[Transition], rewards: str) -> None:
+    def __init__(self, transitions: Sequence[Transition], rewards: str, tried: GraspsTried) -> None:
+        """`tried`: of all transitions that these are a part of."""
         self.transitions = transitions
         self.rewards = rewards
-        self.taken = grasps_tried(transitions) if rewards == SUCCESS else {}
+        self.tried = tried
+        self.taken = tried if rewards == SUCCESS else {}
         self.earned = torch.tensor([self._earned(transition) for transition in transitions], dtype=torch.float32)
         self.targets = self.earned.clone()
         self.errors = torch.ones(len(transitions))  # unseen ones first
@@ -216,14 +219,19 @@ def state_values(net: CriticNet, maps: Heightmaps, goal: int, rotations: Sequenc
     return best_values(q, maps, cells)
 
 
-def _rewards(settings: CriticTraining, experience: Experience) -> str:
-    """What motions are worth. Raises `BadInput` where that would change in the middle of a critic's life."""
-    if experience.agnostic:
-        return PAPER
-    if settings.begin is None:
-        return settings.rewards or SUCCESS
+def _rewards(settings: CriticTraining, begin: Checkpoint | None, experience: Experience) -> str:
+    """What motions are worth. Raises `BadInput` where that, or the goal, would change in a critic's life."""
+    if experience.agnostic and settings.rewards not in (None, PAPER):
+        raise BadInput(
+            f"where any object counts, motions are worth what the rewards {PAPER} say, not {settings.rewards}"
+        )
+    if begin is None:
+        return PAPER if experience.agnostic else settings.rewards or SUCCESS
+    if experience.agnostic != ("goal" in begin.trained_on):
+        goals = ("a target", "any object") if experience.agnostic else ("any object", "a target")
+        raise BadInput(f"{settings.begin} was taught for {goals[0]}, not for {goals[1]}")
     # Those of before there was a choice do not say.
-    before = str(load_checkpoint(settings.begin, "critic").trained_on.get("rewards", PAPER))
+    before = str(begin.trained_on.get("rewards", PAPER))
     if settings.rewards not in (None, before):
         raise BadInput(f"{settings.begin} was taught by the rewards {before}, not {settings.rewards}")
     return before
@@ -244,23 +252,27 @@ def taught_by(rewards: str, transitions: Sequence[Transition]) -> list[Transitio
     ]
 
 
-def _untrained(settings: CriticTraining) -> tuple[CriticNet, dict[str, str]]:
+def _untrained(settings: CriticTraining, begin: Checkpoint | None) -> tuple[CriticNet, dict[str, str]]:
     """The network to train, where it will be trained, and what its checkpoint is to say of its design."""
     net = settings.design.build()
     design = msgspec.to_builtins(settings.design)
     if settings.imagenet is not None:
+        if begin is not None:
+            raise BadInput("weights from ImageNet are for a critic that begins with nothing")
         if not isinstance(net, DenseNetCritic):
             raise BadInput(f"weights from ImageNet are for the network densenet, not for {settings.design.network}")
         load_imagenet(net.trunk, settings.imagenet)
         design["imagenet_sha256"] = file_sha256(settings.imagenet)
-    if settings.begin is not None:
-        load_weights(net, load_checkpoint(settings.begin, "critic"), settings.begin)
+    if begin is not None and settings.begin is not None:
+        if design_of(begin) != settings.design:
+            raise BadInput(f"{settings.begin} is of another design ({design_of(begin)}, not {settings.design})")
+        load_weights(net, begin, settings.begin)
         design["begun_with_sha256"] = file_sha256(settings.begin)
     return net.to(training_device()), design
 
 
 def _watched_scores(net: CriticNet, watched: Replay, middle: float) -> dict[str, float]:
-    scores = score_critic(net, watched.transitions, watched.targets.numpy(), middle)
+    scores = score_critic(net, watched.transitions, watched.tried, watched.targets.numpy(), middle)
     return {name: scores[name] for name in WATCHED_SCORES if name in scores}
 
 

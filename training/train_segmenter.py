@@ -11,6 +11,7 @@ from rich.console import Console
 from torch.nn import functional
 
 from grasping_invisible.data.progress import bar
+from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.training.augment import draw_crop
 from grasping_invisible.training.checkpoint import Checkpoint
 from grasping_invisible.training.device import training_device
@@ -20,7 +21,6 @@ from grasping_invisible.training.renders import HELD_OUT_SEEDS, VIEWS, Views, lo
 from grasping_invisible.training.segmenter_net import SegmenterGraph, SegmenterNet
 from grasping_invisible.training.segmenter_score import score_segmenter
 from grasping_invisible.training.session import Session
-from grasping_invisible.training.source import source_commit
 
 FULL_PIXELS = 1000  # of a patch in a crop; with fewer each weighs more
 SLIVER_WEIGHT = 6.0  # at most
@@ -46,12 +46,20 @@ class SegmenterTraining:
 def train_segmenter(settings: SegmenterTraining, console: Console) -> Checkpoint:
     """Render what is missing, train, score on held-out piles; resumes from the checkpoint where there is one."""
     seeds = range(settings.seed * settings.piles, (settings.seed + 1) * settings.piles)
+    if seeds.stop > HELD_OUT_SEEDS:
+        raise BadInput(
+            f"seed {settings.seed} with {settings.piles} piles would train on those held out, which begin with number "
+            f"{HELD_OUT_SEEDS}: take a smaller seed"
+        )
     held_out = range(HELD_OUT_SEEDS, HELD_OUT_SEEDS + settings.held_out)
     torch.manual_seed(settings.seed)
     net = SegmenterNet().to(training_device())
     optimizer = torch.optim.AdamW(net.parameters(), settings.learning_rate, weight_decay=1e-4)
     data = data_fingerprint({str(seed): VIEWS for seed in (*seeds, *held_out)})
-    session = Session("segmenter", settings.checkpoint, net, optimizer, settings.learning_rate, settings.steps, data)
+    numbers = {"batch": settings.batch, "crop": settings.crop, "seed": settings.seed}
+    session = Session(
+        "segmenter", settings.checkpoint, net, optimizer, settings.learning_rate, settings.steps, data, numbers
+    )
     with bar("rendering", len(seeds) + len(held_out), console) as advance:
         for _ in render_missing(settings.renders, [*held_out, *seeds]):
             advance()
@@ -74,11 +82,6 @@ def train_segmenter(settings: SegmenterTraining, console: Console) -> Checkpoint
         {
             "renders": len(seeds) * VIEWS,
             "held_out_renders": len(held_out) * VIEWS,
-            "steps": settings.steps,
-            "batch": settings.batch,
-            "crop": settings.crop,
-            "seed": settings.seed,
-            "source_commit": source_commit(),
         },
     )
 

@@ -23,6 +23,8 @@ ANY_OBJECT = 0
 # As a goal: whatever is hidden. A push of a search is worth whether a candidate comes to light by it.
 HIDDEN = -1
 OBJECT_GRASPED, SCENE_CHANGED = 0.5, 0.25
+# Of states and goals, (id of the state, goal), for which grasps were tried: whether one of them took the goal.
+GraspsTried = dict[tuple[int, int], bool]
 _KINDS = {"push": gi.PUSH, "grasp": gi.GRASP}
 
 
@@ -79,9 +81,9 @@ def goal_cells(maps: Heightmaps, goal: int) -> NDArray[np.bool_]:
     return maps.height > GROUND_HEIGHT if goal in (ANY_OBJECT, HIDDEN) else maps.labels == goal
 
 
-def grasps_tried(transitions: Sequence[Transition]) -> dict[tuple[int, int], bool]:
-    """Of states and goals, (id of the state, goal), for which grasps were tried: whether one of them took the goal."""
-    taken: dict[tuple[int, int], bool] = {}
+def grasps_tried(transitions: Sequence[Transition]) -> GraspsTried:
+    """What came of the grasps that were aimed at a goal."""
+    taken: GraspsTried = {}
     for transition in transitions:
         if transition.aimed:
             key = id(transition.seen), transition.goal
@@ -111,14 +113,19 @@ class TransitionReader:
             yield self._transition(row, goal=HIDDEN, reward=reward, success=row["revealed"])
 
     def of_any_object(self, row: dict[str, Any]) -> Iterator[Transition]:
-        """What a row teaches where any object counts; what follows counts where something was held or moved."""
+        """What a row teaches where any object counts; what follows counts where something was held or moved.
+
+        Nobody looks after a grasp while branching: the state before it, but for the object, stands for what follows,
+        or any push would be worth as much as a grasp that holds.
+        """
         if not row["usable"] or row["scene_changed"] is None:
             return
         held = bool(row["object_grasped"])
         moved = row["kind"] == "push" and row["scene_changed"]
         reward = OBJECT_GRASPED if held else SCENE_CHANGED if moved else 0.0
         transition = self._transition(row, ANY_OBJECT, reward, success=held, aimed=row["kind"] == "grasp")
-        yield replace(transition, then=self._state(row, "after") if held or moved else None)
+        after = self._state(row, "after") or (self._state(row, "before") if held else None)
+        yield replace(transition, then=after if held or moved else None)
 
     def _transition(
         self, row: dict[str, Any], goal: int, reward: float, success: bool, hindsight: bool = False, aimed: bool = False

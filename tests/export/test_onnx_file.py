@@ -51,6 +51,13 @@ def test_the_file_says_nothing_of_the_machine_it_was_made_on(graph: Graph, tmp_p
     assert not any(node.metadata_props for node in model.graph.node)
 
 
+def test_a_model_that_computes_nothing_finite_is_not_exported(graph: Graph, tmp_path: Path) -> None:
+    for parameter in graph.module.parameters():
+        parameter.data.fill_(float("nan"))
+    with pytest.raises(ParityError, match="differ by nan"):
+        write_onnx(graph, tmp_path)
+
+
 def test_a_model_that_computes_something_else_is_not_exported(graph: Graph, tmp_path: Path) -> None:
     class Drifting(torch.nn.Module):
         """Gives another answer each time: what is traced is not what is compared with."""

@@ -17,16 +17,18 @@ torch = pytest.importorskip("torch")
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A bundle of untrained models."""
-    from grasping_invisible.export.bundle import export_bundle
-    from grasping_invisible.training.checkpoint import Checkpoint
+    from grasping_invisible.export.bundle import export_checkpoints
+    from grasping_invisible.training.checkpoint import Checkpoint, save_checkpoint
     from grasping_invisible.training.classifier_net import ClassifierNet
     from grasping_invisible.training.light_critic import LightCritic
     from grasping_invisible.training.segmenter_net import SegmenterNet
 
     torch.manual_seed(0)
     nets = {"segmenter": SegmenterNet(), "critic": LightCritic(), "classifier": ClassifierNet()}
-    out = tmp_path_factory.mktemp("bundle")
-    export_bundle({kind: Checkpoint(kind, net.state_dict()) for kind, net in nets.items()}, out)
+    checkpoints, out = tmp_path_factory.mktemp("checkpoints"), tmp_path_factory.mktemp("bundle")
+    for kind, net in nets.items():
+        save_checkpoint(checkpoints / f"{kind}.pt", Checkpoint(kind, net.state_dict(), scores={"accuracy": 0.5}))
+    export_checkpoints([checkpoints], out)
     return out
 
 

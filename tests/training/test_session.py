@@ -1,3 +1,5 @@
+import math
+import signal
 import struct
 from pathlib import Path
 
@@ -34,12 +36,12 @@ def fit(path: Path, stop_at: int | None = None) -> tuple[torch.nn.Linear, Sessio
     net = torch.nn.Linear(1, 1)
     optimizer = torch.optim.AdamW(net.parameters(), 0.1)
     touched = torch.zeros(STEPS)
-    session = Session("line", path, net, optimizer, 0.1, STEPS, "data", {"touched": touched})
+    session = Session("line", path, net, optimizer, 0.1, STEPS, "data", memory={"touched": touched})
 
     def losses(step: int) -> dict[str, torch.Tensor]:
-        if step == stop_at:
-            raise KeyboardInterrupt
         touched[step] += 1
+        if step == stop_at:
+            signal.raise_signal(signal.SIGINT)  # in the middle of a step
         x = torch.from_numpy(np.random.default_rng(step).random((8, 1), np.float32))
         return {"loss": ((net(x) - 3 * x) ** 2).mean()}
 
@@ -84,12 +86,42 @@ def test_scores_on_the_way_are_of_the_network_in_evaluation_mode(
     assert curve == [(10, 0.0), (20, 0.0), (30, 0.0), (40, 0.0)]
 
 
-def test_a_finished_run_takes_no_further_step(tmp_path: Path) -> None:
+def test_a_finished_run_takes_no_further_step_and_stays_what_it_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     net, session = fit(tmp_path / "line.pt")
-    session.finish({"error": 0.1}, {"steps": STEPS})
+    first = session.finish({"error": 0.1}, {"runs": 3})
+    monkeypatch.setattr("grasping_invisible.training.session.source_commit", lambda: "a later one")
     again, session = fit(tmp_path / "line.pt", stop_at=0)
     assert session.finished
     assert torch.equal(net.weight, again.weight)
+    assert session.finish({"error": 0.1}, {"runs": 3}).trained_on == first.trained_on
+
+
+@pytest.mark.parametrize("finished", [True, False])
+def test_a_checkpoint_of_other_numbers_is_refused(tmp_path: Path, finished: bool) -> None:
+    net = torch.nn.Linear(1, 1)
+    optimizer = torch.optim.AdamW(net.parameters(), 0.1)
+    path = tmp_path / "line.pt"
+    session = Session("line", path, net, optimizer, 0.1, STEPS, "data", {"seed": 1, "batch": 8})
+    if finished:
+        checkpoint = session.finish({"error": 0.1}, {})
+        assert (checkpoint.trained_on["steps"], checkpoint.trained_on["seed"]) == (STEPS, 1)
+    else:
+        session.save()
+    Session("line", path, net, optimizer, 0.1, STEPS, "data", {"seed": 1, "batch": 8})
+    with pytest.raises(BadInput, match="was trained with seed 1, not 2; give --out another folder"):
+        Session("line", path, net, optimizer, 0.1, STEPS, "data", {"seed": 2, "batch": 8})
+
+
+def test_a_loss_that_is_not_finite_ends_the_training(tmp_path: Path) -> None:
+    net = torch.nn.Linear(1, 1)
+    session = Session("line", tmp_path / "line.pt", net, torch.optim.AdamW(net.parameters(), 0.1), 0.1, STEPS, "data")
+    with pytest.raises(BadInput, match="the line diverges: its loss in step 2 is not finite"):
+        session.run(
+            lambda step: {"loss": net(torch.ones(1, 1)).mean() * (math.nan if step == 2 else 1)}, Console(quiet=True)
+        )
+    assert session.step == 2
 
 
 def test_other_data_than_it_was_begun_on_is_refused(tmp_path: Path) -> None:
@@ -98,7 +130,7 @@ def test_other_data_than_it_was_begun_on_is_refused(tmp_path: Path) -> None:
     net = torch.nn.Linear(1, 1)
     optimizer = torch.optim.AdamW(net.parameters(), 0.1)
     with pytest.raises(BadInput, match="other data"):
-        Session("line", tmp_path / "line.pt", net, optimizer, 0.1, STEPS, "data", {"touched": torch.zeros(7)})
+        Session("line", tmp_path / "line.pt", net, optimizer, 0.1, STEPS, "data", memory={"touched": torch.zeros(7)})
 
 
 @pytest.mark.parametrize(("steps", "data"), [(STEPS, "more data"), (STEPS + 1, "data")])
@@ -113,7 +145,7 @@ def test_a_checkpoint_of_other_data_or_steps_is_refused_and_stays(
     kept = path.read_bytes()
     optimizer = torch.optim.AdamW(net.parameters(), 0.1)
     with pytest.raises(BadInput, match="other data or for other steps; give --out another folder"):
-        Session("line", path, net, optimizer, 0.1, steps, data, {"touched": torch.zeros(STEPS)})
+        Session("line", path, net, optimizer, 0.1, steps, data, memory={"touched": torch.zeros(STEPS)})
     assert path.read_bytes() == kept
 
 

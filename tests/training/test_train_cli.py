@@ -27,6 +27,8 @@ def test_bad_input_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert "--steps must be at least 1" in refusal(capsys, "critic", "--dataset", empty, *out, "--steps", "0")
     assert "--seed must be at least 0" in refusal(capsys, "critic", "--dataset", empty, *out, "--seed", "-1")
     assert "--threads must be at least 1" in refusal(capsys, "critic", "--dataset", empty, *out, "--threads", "0")
+    renders = ("--renders", tmp_path / "renders", *out, "--piles", "1000", "--seed", "1000")
+    assert "would train on those held out, which begin with number 1000000" in refusal(capsys, "segmenter", *renders)
 
 
 @pytest.mark.parametrize("arguments", [[], ["painter"], ["critic"], ["segmenter", "--renders", "x", "--out"]])

@@ -28,7 +28,7 @@ from grasping_invisible.training.train_classifier import (
     train_classifier,
 )
 from grasping_invisible.training.train_critic import PAPER, SUCCESS, CriticTraining, Replay, taught_by, train_critic
-from grasping_invisible.training.transitions import HIDDEN, Transition
+from grasping_invisible.training.transitions import HIDDEN, Transition, grasps_tried
 
 QUIET = Console(quiet=True)
 
@@ -94,10 +94,51 @@ def test_training_goes_on_by_the_same_rewards(experience: Experience, tmp_path: 
 def test_training_goes_on_only_with_the_same_design(experience: Experience, tmp_path: Path) -> None:
     blind = CriticDesign(inputs="depth+mask")
     begin = checkpoint_folder(SHIPPED) / "critic.pt"
-    with pytest.raises(BadInput, match=r"critic\.pt does not fit"):
+    with pytest.raises(BadInput, match=r"another design \(light, color\+depth\+mask, not light, depth\+mask\)"):
         train_critic(CriticTraining(tmp_path / "critic.pt", design=blind, begin=begin), experience, QUIET)
     with pytest.raises(BadInput, match="no critic checkpoint"):
         train_critic(CriticTraining(tmp_path / "critic.pt", begin=tmp_path / "none.pt"), experience, QUIET)
+
+
+def test_what_is_not_finished_is_nothing_to_go_on_from(
+    experience: Experience, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    half = CriticTraining(tmp_path / "half.pt", PAPER, steps=2, rounds=1, batch=2)
+    monkeypatch.setattr("grasping_invisible.training.train_critic._losses", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        train_critic(half, experience, QUIET)
+    more = CriticTraining(tmp_path / "more.pt", begin=half.checkpoint, steps=2, rounds=1, batch=2)
+    with pytest.raises(BadInput, match=r"half\.pt is of a training that is not finished"):
+        train_critic(more, experience, QUIET)
+    with pytest.raises(BadInput, match="not finished"):
+        load_critic(half.checkpoint)
+
+
+@pytest.mark.parametrize(
+    ("goal", "settings", "says"),
+    [
+        ({"agnostic": True}, {"rewards": SUCCESS}, "the rewards paper say, not success"),
+        ({"agnostic": True}, {"begin": checkpoint_folder(SHIPPED) / "critic.pt"}, "taught for a target, not for any"),
+    ],
+)
+def test_a_critic_of_any_object_is_taught_by_rewards_of_its_own(
+    experience: Experience, tmp_path: Path, goal: dict, settings: dict, says: str
+) -> None:
+    with pytest.raises(BadInput, match=says):
+        train_critic(CriticTraining(tmp_path / "critic.pt", **settings), replace(experience, **goal), QUIET)
+
+
+def test_data_of_which_the_rewards_leave_nothing_are_refused(experience: Experience, tmp_path: Path) -> None:
+    searches = [replace(item, goal=HIDDEN, kind=gi.PUSH, aimed=False) for item in experience.held_out]
+    with pytest.raises(BadInput, match="by the rewards paper, 50 transitions to train on and 0 to score with"):
+        train_critic(CriticTraining(tmp_path / "critic.pt", PAPER), replace(experience, held_out=searches), QUIET)
+
+
+def replay_of(transitions: list[Transition], rewards: str) -> Replay:
+    return Replay(transitions, rewards, grasps_tried(transitions))
 
 
 def critic_that_says(push: float, grasp: float) -> LightCritic:
@@ -122,7 +163,7 @@ def test_what_follows_a_push_counts(transitions: list[Transition], rewards: str,
     before, _ = failed.before()
     push = replace(failed, kind=gi.PUSH, reward=0.25, then=PackedMaps.of(before), aimed=False)
     gone = replace(push, then=PackedMaps.of(replace(before, labels=np.zeros_like(before.labels))))
-    some = Replay([failed, push, gone], rewards)
+    some = replay_of([failed, push, gone], rewards)
     some.value_next_states(critic_that_says(push=0.1, grasp=0.7), 0, QUIET)
     np.testing.assert_allclose(some.targets.numpy(), targets, atol=1e-6)
 
@@ -132,11 +173,11 @@ def test_what_was_tried_after_a_push_goes_before_what_is_believed(transitions: l
     push = replace(grasp, kind=gi.PUSH, reward=0.0, then=grasp.seen, aimed=False)
     opinion = critic_that_says(push=0.2, grasp=0.7)
     for tried, target in (([grasp], 0.0), ([grasp, replace(grasp, success=True)], 1.0)):
-        replay = Replay([push, *tried], SUCCESS)
+        replay = replay_of([push, *tried], SUCCESS)
         assert replay.targets[0] == pytest.approx(target)  # from the first step on
         replay.value_next_states(opinion, 0, QUIET)
         assert replay.targets[0] == pytest.approx(target)
-    paper = Replay([push, grasp], PAPER)
+    paper = replay_of([push, grasp], PAPER)
     paper.value_next_states(opinion, 0, QUIET)
     assert paper.targets[0] == pytest.approx(0.5 * 0.7)
 
@@ -153,13 +194,13 @@ def test_a_push_of_a_search_is_worth_whether_something_comes_to_light(transition
     state = transitions[0].seen
     in_vain = replace(transitions[0], goal=HIDDEN, kind=gi.PUSH, reward=0.0, success=False, then=state, aimed=False)
     found = replace(in_vain, reward=0.5, success=True, then=None)
-    search = Replay([in_vain, found], SUCCESS)
+    search = replay_of([in_vain, found], SUCCESS)
     search.value_next_states(critic_that_says(push=0.6, grasp=0.9), 0, QUIET)
     np.testing.assert_allclose(search.targets.numpy(), [0.0, 1.0], atol=1e-6)
 
 
 def test_replay_prefers_what_it_was_wrong_about(transitions: list[Transition]) -> None:
-    replay = Replay(transitions, SUCCESS)
+    replay = replay_of(transitions, SUCCESS)
     replay.errors.fill_(0.0)
     replay.errors[3] = 1.0
     indices, weights = replay.draw(np.random.default_rng(0), 400, progress=1.0)
@@ -170,7 +211,7 @@ def test_replay_prefers_what_it_was_wrong_about(transitions: list[Transition]) -
 
 def test_most_of_a_batch_are_pushes(transitions: list[Transition]) -> None:
     pushes = [replace(item, kind=gi.PUSH, aimed=False) for item in transitions[:3]]
-    replay = Replay([*transitions, *pushes], SUCCESS)
+    replay = replay_of([*transitions, *pushes], SUCCESS)
     indices, weights = replay.draw(np.random.default_rng(0), 400, progress=1.0)
     drawn = sum(index >= len(transitions) for index in indices)
     assert 240 < drawn < 320

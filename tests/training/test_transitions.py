@@ -77,6 +77,15 @@ def test_any_object_that_is_held_or_moved_counts(row, reward, success):
     assert mask.all()
 
 
+def test_where_nobody_looked_after_a_grasp_the_state_before_stands_for_what_follows():
+    unseen = {"after_stamp_ns": None, "after_color": None, "after_height": None, "after_labels": None}
+    (held,) = TransitionReader().of_any_object(row_of("grasp", object_grasped=True, scene_changed=True, **unseen))
+    assert held.looks_ahead
+    assert held.then is held.seen
+    (failed,) = TransitionReader().of_any_object(row_of("grasp", scene_changed=True, **unseen))
+    assert failed.then is None
+
+
 def test_what_teaches_nothing_teaches_nothing_of_any_object_either():
     assert list(TransitionReader().of_any_object(row_of("push", usable=False, why_not="a reason"))) == []
 
