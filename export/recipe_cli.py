@@ -44,7 +44,7 @@ def _parser() -> argparse.ArgumentParser:
         "trainings, exports. Started again it goes on where it stopped.",
     )
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of everything that is made")
-    parser.add_argument("--scale", default="full", help="full: the shipped models'; tiny: to see that it works")
+    parser.add_argument("--scale", default="full", help="full: makes models from nothing; tiny: to see that it works")
     parser.add_argument("--recipe", type=Path, metavar="FILE", help="numbers of your own, in the form of recipe.toml")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes of parallel stages")
     return parser
