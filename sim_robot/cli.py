@@ -8,8 +8,9 @@ import threading
 from contextlib import ExitStack
 from typing import TextIO
 
-from grasping_invisible.runtime.command import finish_within, run_command
-from grasping_invisible.runtime.errors import EXIT_INTERRUPTED, BadInput, RobotError
+from grasping_invisible.data.command import run_command
+from grasping_invisible.runtime.errors import EXIT_INTERRUPTED, BadInput, GraspingError, RobotError
+from grasping_invisible.runtime.interruption import bounded, finish_within
 from grasping_invisible.runtime.sim_process import DEFAULT_SCENE, SimAnnouncement, announce
 
 # What takes long to import is imported inside `run_command`, so that a signal is answered from the start.
@@ -19,7 +20,7 @@ _END_SECONDS = 0.6
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; its exit code: 2 bad input, 3 the simulator cannot go on, 130 ended by a signal."""
-    return run_command("gi-sim-robot", lambda: _run(_parser().parse_args(arguments)))
+    return run_command("gi-sim-robot", lambda: _run(_parser().parse_args(arguments)), (GraspingError,), signals=bounded)
 
 
 def _parser() -> argparse.ArgumentParser:
