@@ -3,7 +3,7 @@
 Other packages add commands of their own: see `grasping_invisible.data.extensions`.
 
 Exit codes: 0 fine, 1 a check found something, a replay differs or a log was left out, 2 bad usage or input,
-130 interrupted.
+70 a fault of this program, 130 interrupted.
 """
 
 import argparse
@@ -11,7 +11,7 @@ import sys
 from collections.abc import Sequence
 
 from grasping_invisible.data.command import run_command
-from grasping_invisible.data.errors import BadRequest
+from grasping_invisible.data.errors import BadRequest, DataError
 from grasping_invisible.data.extensions import LOG_COMMANDS, Extension, extensions
 from grasping_invisible.data.log_commands import check, correct, frames, info, ls, recover, relabel, report, show
 
@@ -20,7 +20,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one subcommand and return its exit code."""
     asked = list(sys.argv[1:] if arguments is None else arguments)
     parsed = _parser(asked).parse_args(asked)
-    return run_command("gi-log", lambda: parsed.run(parsed))
+    return run_command("gi-log", lambda: parsed.run(parsed), (DataError, OSError))
 
 
 def _parser(asked: list[str]) -> argparse.ArgumentParser:
@@ -28,7 +28,7 @@ def _parser(asked: list[str]) -> argparse.ArgumentParser:
         prog="gi-log",
         description="Look at logs, check them, recover what a crash left, and say what they teach.",
         epilog="exit codes: 0 fine, 1 a check found something, a replay differs or a log was left out, "
-        "2 bad usage or input, 130 interrupted",
+        "2 bad usage or input, 70 a fault of this program, 130 interrupted",
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     for command in (info, ls, show, frames, check, recover, report, relabel, correct):

@@ -1,45 +1,15 @@
-"""How a command of this package ends: one clear line and an exit code, whatever goes wrong."""
+"""How a command of this project ends: by its exit code, with one clear line for what went wrong."""
 
 import io
-import os
 import signal
 import sys
 import threading
+import traceback
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 
-from grasping_invisible.data.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, DataError
-
-
-def run_command(program: str, body: Callable[[], int], interrupted: str = "") -> int:
-    """The exit code of `body`, 2 for what cannot be used, 130 after Ctrl-C.
-
-    `interrupted`: what a person should know after Ctrl-C.
-    """
-
-    def refuse(reason: str) -> int:
-        print(f"{program}: {_one_line(reason)}", file=sys.stderr)
-        return EXIT_BAD_INPUT
-
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")  # a file's name need not be text
-    try:
-        with interruptible():
-            code = body()
-        sys.stdout.flush()
-    except DataError as error:
-        return refuse(str(error))
-    except BrokenPipeError:
-        # The reader of our output left. Point stdout elsewhere, or Python's own flush at exit fails too.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
-    except OSError as error:
-        return refuse(f"{error.filename or 'files'}: {error.strerror}")
-    except KeyboardInterrupt:
-        if interrupted:
-            print(f"{program}: {interrupted}", file=sys.stderr)
-        return EXIT_INTERRUPTED
-    return code
+from grasping_invisible.data.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, EXIT_SOFTWARE
+from grasping_invisible.data.stream import readers_may_leave, write_line
 
 
 @contextmanager
@@ -60,8 +30,44 @@ def interruptible() -> Iterator[None]:
             signal.signal(number, handler)
 
 
+def run_command(
+    program: str,
+    body: Callable[[], int],
+    errors: tuple[type[Exception], ...],
+    interrupted: str = "",
+    signals: Callable[[], AbstractContextManager[None]] = interruptible,
+) -> int:
+    """The exit code of `body`; one of `errors` becomes one line on stderr and its own `exit_code`, or 2.
+
+    An interruption becomes 130; `interrupted` is what a person should know then, `signals` what makes one of a signal.
+    An error that is none of `errors` is a fault of ours: it is told with its traceback, and 70. A reader of our output
+    who leaves changes nothing.
+    """
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # a file's name need not be text
+    try:
+        with signals(), readers_may_leave():
+            return body()
+    except errors as error:
+        write_line(f"{program}: {_one_line(_reason(error))}", sys.stderr)
+        return getattr(error, "exit_code", EXIT_BAD_INPUT)
+    except KeyboardInterrupt:
+        if interrupted:
+            write_line(f"{program}: {interrupted}", sys.stderr)
+        return EXIT_INTERRUPTED
+    except Exception as error:
+        write_line(f"{traceback.format_exc()}{program}: a fault of this program: {error!r}", sys.stderr)
+        return EXIT_SOFTWARE
+
+
 def _interrupt(number: int, frame: object) -> None:
     raise KeyboardInterrupt
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename or 'files'}: {error.strerror}"
+    return str(error)
 
 
 def _one_line(text: str) -> str:

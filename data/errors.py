@@ -1,6 +1,7 @@
 """What can be wrong with kept data, as one small tree."""
 
 EXIT_BAD_INPUT = 2
+EXIT_SOFTWARE = 70  # a fault of ours, as sysexits.h has it
 EXIT_INTERRUPTED = 130
 
 

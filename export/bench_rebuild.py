@@ -19,7 +19,7 @@ from grasping_invisible.export.bench_output import say
 from grasping_invisible.export.machine import machine
 
 SIZES = (10, 100, 1000)
-FEWEST = 100  # generated logs for the first table
+MOST = 100  # generated logs for the first table, which takes no more than the smallest size of the second
 
 
 class RebuildTime(msgspec.Struct, frozen=True):
@@ -56,7 +56,12 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         "then on 10, 100 and 1,000 generated logs, in full, with one log more, and without any change. Logs that were "
         "just written lie in memory: what is measured is not the disk.",
     )
-    parser.add_argument("--logs", type=Path, metavar="DIR", help="logs for the first table (default: generated ones)")
+    parser.add_argument(
+        "--logs",
+        type=Path,
+        metavar="DIR",
+        help=f"logs for the first table (default: generated ones, as many as the smallest size, at most {MOST})",
+    )
     parser.add_argument(
         "--sizes", type=int, nargs="*", default=SIZES, metavar="N", help="of the second (default: 10 100 1000)"
     )
@@ -77,7 +82,7 @@ def run(options: argparse.Namespace) -> int:
         maker = LogMaker(options.seed)
         speed = []
         if options.logs is None:
-            _write(maker, logs, min(FEWEST, *sizes) if sizes else FEWEST, console)
+            _write(maker, logs, min([MOST, *sizes]), console)
         for workers in sorted({1, os.cpu_count() or 1}):
             speed.append(_timed("all", options.logs or logs, folder / f"speed-{workers}", workers, console))
         growth = []

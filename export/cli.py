@@ -10,19 +10,20 @@ from rich.console import Console
 from rich.table import Table
 
 from grasping_invisible.data.action_grid import ROTATIONS
+from grasping_invisible.data.command import run_command
 from grasping_invisible.export.bundle import export_checkpoints
 from grasping_invisible.runtime.bundle import load_bundle
+from grasping_invisible.runtime.errors import EXPECTED
 from grasping_invisible.runtime.manifest import Manifest, ModelFile
 from grasping_invisible.runtime.onnx_model import DEFAULT_THREADS, OnnxModel
 from grasping_invisible.training.checkpoint import SHIPPED, checkpoint_folder
-from grasping_invisible.training.command import run_command
 
 TIMED_RUNS = 15
 TIMED_SECONDS = 20.0  # after which no further run is timed: the paper's critic takes many seconds for one
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run `gi-export`; returns its exit code: 0, 2 bad input or failed parity, 130 interrupted."""
+    """Run `gi-export`; returns its exit code: 0, 2 bad input or failed parity, 70 a fault of ours, 130 interrupted."""
     parser = argparse.ArgumentParser(
         prog="gi-export", description="Export trained checkpoints as the model bundle that the runtime loads."
     )
@@ -39,10 +40,10 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     if options.threads < 1:
         parser.error("--threads must be at least 1")
-    return run_command("gi-export", lambda: _run(options), "interrupted; the bundle is not complete")
+    return run_command("gi-export", lambda: _run(options), EXPECTED, "interrupted; the bundle is not complete")
 
 
-def _run(options: argparse.Namespace) -> None:
+def _run(options: argparse.Namespace) -> int:
     console = Console()
     with console.status("exporting"):
         manifest = export_checkpoints(options.checkpoints, options.out)
@@ -50,6 +51,7 @@ def _run(options: argparse.Namespace) -> None:
     console.print(_table(manifest, options.out, options.threads))
     total = sum(model.bytes for model in manifest.models.values())
     console.print(f"{total / 1e6:.1f} MB in {options.out}, bundle {bundle.sha256[:12]}")
+    return 0
 
 
 def _table(manifest: Manifest, folder: Path, threads: int) -> Table:

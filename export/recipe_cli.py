@@ -7,22 +7,16 @@ from pathlib import Path
 
 from rich.console import Console
 
+from grasping_invisible.data.command import run_command
 from grasping_invisible.export.recipe import FINAL, load_recipe, stages_of
 from grasping_invisible.export.recipe_run import RECORD, carry_out, summary
-from grasping_invisible.runtime.errors import BadInput
-from grasping_invisible.training.command import run_command
+from grasping_invisible.runtime.errors import EXPECTED, BadInput
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run `gi-recipe`; returns its exit code: 0, that of the command that failed, 130 interrupted (goes on again)."""
     options = _parser().parse_args(arguments)
-    code = 0
-
-    def body() -> None:
-        nonlocal code
-        code = _run(options)
-
-    return run_command("gi-recipe", body, "interrupted; the same command goes on from here") or code
+    return run_command("gi-recipe", lambda: _run(options), EXPECTED, "interrupted; the same command goes on from here")
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -44,7 +38,7 @@ def _parser() -> argparse.ArgumentParser:
         "trainings, exports. Started again it goes on where it stopped.",
     )
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of everything that is made")
-    parser.add_argument("--scale", default="full", help="full: the shipped models'; tiny: to see that it works")
+    parser.add_argument("--scale", default="full", help="full: makes models from nothing; tiny: to see that it works")
     parser.add_argument("--recipe", type=Path, metavar="FILE", help="numbers of your own, in the form of recipe.toml")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes of parallel stages")
     return parser

@@ -4,14 +4,16 @@ import argparse
 import sys
 from pathlib import Path
 
-from grasping_invisible.runtime.command import exit_at_once_on_signals, run_command
+from grasping_invisible.data.command import run_command
+from grasping_invisible.runtime.errors import GraspingError
+from grasping_invisible.runtime.interruption import bounded, exit_at_once_on_signals
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; its exit code is documented in its help."""
     exit_at_once_on_signals()
     options = _parser().parse_args(arguments)
-    return run_command("gi-robot", lambda: _check(options))
+    return run_command("gi-robot", lambda: _check(options), (GraspingError,), signals=bounded)
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -4,7 +4,9 @@ import argparse
 import sys
 from pathlib import Path
 
-from grasping_invisible.runtime.command import exit_at_once_on_signals, run_command
+from grasping_invisible.data.command import run_command
+from grasping_invisible.runtime.errors import GraspingError
+from grasping_invisible.runtime.interruption import bounded, exit_at_once_on_signals
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -15,7 +17,7 @@ def main(arguments: list[str] | None = None) -> int:
     from grasping_invisible.runtime.request import request_of
     from grasping_invisible.runtime.run import carry_out_run
 
-    return run_command("gi-runtime", lambda: carry_out_run(request_of(options)))
+    return run_command("gi-runtime", lambda: carry_out_run(request_of(options)), (GraspingError,), signals=bounded)
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -3,7 +3,7 @@
 import math
 import time
 from contextlib import suppress
-from typing import TextIO, cast
+from typing import TextIO
 
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from rich.console import Console
@@ -11,13 +11,13 @@ from rich.text import Text
 
 from grasping_invisible.data.clock import to_timestamp
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.data.stream import let_go
 from grasping_invisible.data.topics import CONSOLE
 from grasping_invisible.runtime.bus import Bus
 from grasping_invisible.runtime.decision import Deliberation
 from grasping_invisible.runtime.frame import RgbdFrame
 from grasping_invisible.runtime.judge import Judgement
 from grasping_invisible.runtime.perception import Perception
-from grasping_invisible.runtime.stream import let_go
 
 _INDENT = "      "
 _KIND_STYLE = {gi.PUSH: "bold yellow", gi.GRASP: "bold green"}
@@ -27,7 +27,7 @@ class _Output(Console):
     def on_broken_pipe(self) -> None:
         """A watcher who leaves must not stop a robot; rich would end the process."""
         self.quiet = True
-        let_go(cast(TextIO, self.file))
+        let_go(self.file)
 
 
 class RunConsole:

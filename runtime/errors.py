@@ -2,12 +2,14 @@
 
 from typing import ClassVar
 
+from grasping_invisible.data.errors import EXIT_BAD_INPUT as EXIT_BAD_INPUT
+from grasping_invisible.data.errors import EXIT_INTERRUPTED as EXIT_INTERRUPTED
+from grasping_invisible.data.errors import EXIT_SOFTWARE as EXIT_SOFTWARE
+from grasping_invisible.data.errors import DataError
+
 EXIT_GRASPED = 0
 EXIT_NOT_GRASPED = 1
-EXIT_BAD_INPUT = 2
 EXIT_ROBOT = 3
-EXIT_SOFTWARE = 70  # a fault of ours, as sysexits.h has it
-EXIT_INTERRUPTED = 130
 
 
 class GraspingError(Exception):
@@ -36,3 +38,7 @@ class CommandRefused(RobotError):
 
 class LinkError(RobotError):
     """The robot cannot be reached, or has fallen silent."""
+
+
+# What a command that works on files may end with, without being at fault: see `data.command.run_command`.
+EXPECTED: tuple[type[Exception], ...] = (GraspingError, DataError, OSError)

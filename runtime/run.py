@@ -11,9 +11,9 @@ import msgspec
 
 from grasping_invisible.data.errors import RecordingError
 from grasping_invisible.data.recorder import LOST, Recorder
+from grasping_invisible.data.stream import write_line
 from grasping_invisible.runtime.bundle import ModelBundle, load_bundle
 from grasping_invisible.runtime.bus import Bus
-from grasping_invisible.runtime.command import interruptions_held
 from grasping_invisible.runtime.config import to_toml
 from grasping_invisible.runtime.console import RunConsole
 from grasping_invisible.runtime.decision import DecisionSettings
@@ -23,13 +23,13 @@ from grasping_invisible.runtime.errors import (
     BadInput,
     GraspingError,
 )
+from grasping_invisible.runtime.interruption import interruptions_held
 from grasping_invisible.runtime.loop import RunPlan, RunProgress, run_loop
 from grasping_invisible.runtime.recording_watch import RecordingWatch
 from grasping_invisible.runtime.request import RunRequest
 from grasping_invisible.runtime.robot_link import ZenohRobot
 from grasping_invisible.runtime.run_log import RunFacts, RunLog, in_file_name
 from grasping_invisible.runtime.sim_process import SimAnnouncement, SimProcess
-from grasping_invisible.runtime.stream import write_line
 from grasping_invisible.runtime.timing import percentile
 
 UNKNOWN_SCENE = "unknown"  # whatever lies before a robot on the link

@@ -14,6 +14,7 @@ from grasping_invisible.data.heightmap_message import HeightmapArrays, encode_he
 from grasping_invisible.data.images import encode_color, encode_labels
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.q_map_message import QMapArrays, encode_q_maps
+from grasping_invisible.data.stream import write_line
 from grasping_invisible.data.topics import (
     CONSOLE,
     DECISION,
@@ -34,7 +35,6 @@ from grasping_invisible.runtime.loop import RunProgress
 from grasping_invisible.runtime.markers import decision_markers
 from grasping_invisible.runtime.perception import Perception
 from grasping_invisible.runtime.picture import draw_decision
-from grasping_invisible.runtime.stream import write_line
 from grasping_invisible.runtime.timing import percentile
 
 _VIEW_QUALITY = 88

@@ -8,8 +8,10 @@ import threading
 from contextlib import ExitStack
 from typing import TextIO
 
-from grasping_invisible.runtime.command import finish_within, run_command
-from grasping_invisible.runtime.errors import EXIT_INTERRUPTED, BadInput, RobotError
+from grasping_invisible.data.command import run_command
+from grasping_invisible.data.extras import not_installed
+from grasping_invisible.runtime.errors import EXIT_INTERRUPTED, BadInput, GraspingError, RobotError
+from grasping_invisible.runtime.interruption import bounded, finish_within
 from grasping_invisible.runtime.sim_process import DEFAULT_SCENE, SimAnnouncement, announce
 
 # What takes long to import is imported inside `run_command`, so that a signal is answered from the start.
@@ -19,7 +21,7 @@ _END_SECONDS = 0.6
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; its exit code: 2 bad input, 3 the simulator cannot go on, 130 ended by a signal."""
-    return run_command("gi-sim-robot", lambda: _run(_parser().parse_args(arguments)))
+    return run_command("gi-sim-robot", lambda: _run(_parser().parse_args(arguments)), (GraspingError,), signals=bounded)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -54,9 +56,7 @@ def _run(options: argparse.Namespace) -> int:
         from grasping_invisible.sim_robot.node import SimNode
         from grasping_invisible.sim_robot.scene import load_scene
     except ModuleNotFoundError as error:
-        raise RobotError(
-            f"the simulator needs {error.name}, which is not installed: pip install 'grasping-invisible[sim]'"
-        ) from error
+        raise RobotError(f"the simulator needs {not_installed(error.name, 'sim')}") from error
     scene = load_scene(options.scene)
     with ExitStack() as stack:
         node = SimNode(scene, options.seed, options.listen, options.camera_hz, gui=options.gui)

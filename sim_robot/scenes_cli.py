@@ -1,7 +1,7 @@
 """`gi-scenes`: scene files of random clutter, with blocks or with objects of one's own, to practise and to measure on.
 
-Exit codes: 0 done, 2 bad input, 3 a scene did not come to rest (the others are there), 130 interrupted (the same
-command goes on).
+Exit codes: 0 done, 2 bad input, 3 a scene did not come to rest (the others are there), 70 a fault of this program,
+130 interrupted (the same command goes on).
 """
 
 import argparse
@@ -10,9 +10,9 @@ from pathlib import Path
 
 from rich.console import Console
 
+from grasping_invisible.data.command import run_command
 from grasping_invisible.data.progress import bar
-from grasping_invisible.runtime.command import run_command
-from grasping_invisible.runtime.errors import BadInput, RobotError
+from grasping_invisible.runtime.errors import EXPECTED, BadInput, RobotError
 from grasping_invisible.sim_robot.generate import STYLES, generate_scene
 from grasping_invisible.sim_robot.piles import Kind, mesh_kind
 from grasping_invisible.sim_robot.scene import SCALE_LIMITS, save_scene, scene_names
@@ -21,7 +21,9 @@ from grasping_invisible.sim_robot.scene import SCALE_LIMITS, save_scene, scene_n
 def main(arguments: list[str] | None = None) -> int:
     """Run `gi-scenes`; returns its exit code."""
     options = _parser().parse_args(arguments)
-    return run_command("gi-scenes", lambda: options.run(options))
+    return run_command(
+        "gi-scenes", lambda: options.run(options), EXPECTED, "interrupted; the same command goes on from here"
+    )
 
 
 def _list(options: argparse.Namespace) -> int:
@@ -76,7 +78,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="gi-scenes",
         description="Scenes for the simulated robot.",
         epilog="exit codes: 0 done, 2 bad input, 3 a scene did not come to rest (the others are there), "
-        "130 interrupted (the same command goes on)",
+        "70 a fault of this program, 130 interrupted (the same command goes on)",
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     commands.add_parser("list", help="names of the scenes that come with the project").set_defaults(run=_list)

@@ -163,15 +163,21 @@ def test_edge_commands_answer_without_the_extras(installed: Path, command: str) 
 
 def test_the_dataset_command_names_what_is_missing(installed: Path) -> None:
     done = run_installed(installed, HIDE.format(names=NOT_ON_THE_EDGE) + RUN_COMMAND, "gi-dataset", "--help")
-    needs = "gi-dataset: needs pyarrow, which is not installed: pip install 'grasping-invisible[dataset]'\n"
+    needs = "gi-dataset: needs pyarrow, which is not installed: pip install '.[dataset]' in the project's folder\n"
     assert (done.returncode, done.stderr) == (2, needs)
+
+
+def test_the_simulator_names_what_is_missing(installed: Path) -> None:
+    done = run_installed(installed, HIDE.format(names=NOT_ON_THE_EDGE) + RUN_COMMAND, "gi-sim-robot")
+    assert done.returncode == 3
+    assert re.fullmatch(r"gi-sim-robot: the simulator needs \w+, .*: pip install '\.\[sim\]' .*\n", done.stderr)
 
 
 @pytest.mark.parametrize("command", ["gi-collect", "gi-eval", "gi-export", "gi-train"])
 def test_training_commands_name_what_is_missing(installed: Path, command: str) -> None:
     done = run_installed(installed, HIDE.format(names=NOT_ON_THE_EDGE) + RUN_COMMAND, command, "--help")
     assert done.returncode == 2
-    assert re.fullmatch(rf"{command}: needs \w+, which is not installed: .*\[train\]'\n", done.stderr)
+    assert re.fullmatch(rf"{command}: needs \w+, which is not installed: pip install '\.\[train\]' .*\n", done.stderr)
 
 
 def test_every_command_answers(installed: Path) -> None:

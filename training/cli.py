@@ -9,10 +9,10 @@ import torch
 from rich.console import Console
 from rich.table import Table
 
-from grasping_invisible.runtime.errors import BadInput
+from grasping_invisible.data.command import run_command
+from grasping_invisible.runtime.errors import EXPECTED, BadInput
 from grasping_invisible.runtime.rotation import CRITIC_INPUTS
 from grasping_invisible.training.checkpoint import SHIPPED, Checkpoint, checkpoint_folder, finished_checkpoint
-from grasping_invisible.training.command import run_command
 from grasping_invisible.training.critic_design import NETWORKS, CriticDesign, design_of
 from grasping_invisible.training.experience import read_experience
 from grasping_invisible.training.train_classifier import ClassifierTraining, train_classifier
@@ -23,17 +23,18 @@ Command = Callable[[argparse.Namespace, Console], Checkpoint]
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run `gi-train`; returns its exit code: 0, 2 bad input, 130 interrupted (the same command goes on)."""
+    """Run `gi-train`; its exit code: 0, 2 bad input, 70 a fault of ours, 130 interrupted (run it again to go on)."""
     options = _parser().parse_args(arguments)
-    return run_command("gi-train", lambda: _run(options), "interrupted; the same command goes on from here")
+    return run_command("gi-train", lambda: _run(options), EXPECTED, "interrupted; the same command goes on from here")
 
 
-def _run(options: argparse.Namespace) -> None:
+def _run(options: argparse.Namespace) -> int:
     if options.seed < 0:
         raise BadInput(f"--seed must be at least 0, not {options.seed}")
     torch.set_num_threads(_positive(options, "threads"))
     console = Console()
     console.print(_table(options.command(options, console)))
+    return 0
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -6,19 +6,19 @@ from pathlib import Path
 
 from rich.console import Console
 
+from grasping_invisible.data.command import run_command
 from grasping_invisible.data.progress import bar
-from grasping_invisible.runtime.errors import BadInput
+from grasping_invisible.runtime.errors import EXPECTED, BadInput
 from grasping_invisible.training.collect import STAGES, Collection, SceneCounts, collect
-from grasping_invisible.training.command import run_command
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run `gi-collect`; returns its exit code: 0, 2 bad input, 3 simulator, 130 interrupted (run it again to go on)."""
+    """Run `gi-collect`; its exit code: 0, 2 bad input, 3 simulator, 70 a fault, 130 interrupted (again: it goes on)."""
     options = _parser().parse_args(arguments)
-    return run_command("gi-collect", lambda: _run(options), "interrupted; the same command goes on from here")
+    return run_command("gi-collect", lambda: _run(options), EXPECTED, "interrupted; the same command goes on from here")
 
 
-def _run(options: argparse.Namespace) -> None:
+def _run(options: argparse.Namespace) -> int:
     console = Console()
     counts = _collect(_collection(options), options.workers, console)
     motions, targets = sum(c.motions for c in counts), sum(c.targets for c in counts)
@@ -27,6 +27,7 @@ def _run(options: argparse.Namespace) -> None:
     for count in counts:
         if count.failure is not None:
             console.print(f"given up: {count.failure}")
+    return 0
 
 
 def _collect(collection: Collection, workers: int, console: Console) -> list[SceneCounts]:

@@ -3,14 +3,20 @@
 import argparse
 import sys
 
-from grasping_invisible.training.command import run_command
+from grasping_invisible.data.command import run_command
+from grasping_invisible.runtime.errors import EXPECTED
 from grasping_invisible.training.eval_commands import compare, failures, note, protocol, run, tables
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run `gi-eval`; its exit code: 0, 2 bad input, 130 interrupted (with --results the same command goes on)."""
+    """Run `gi-eval`; its exit code: 0, 2 bad input, 70 a fault of ours, 130 interrupted (with --results it goes on)."""
     options = _parser().parse_args(arguments)
-    return run_command("gi-eval", lambda: options.run(options), "interrupted")
+
+    def body() -> int:
+        options.run(options)
+        return 0
+
+    return run_command("gi-eval", body, EXPECTED, "interrupted")
 
 
 def _parser() -> argparse.ArgumentParser:

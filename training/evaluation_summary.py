@@ -11,13 +11,12 @@ from grasping_invisible.training.intervals import mean_interval, wilson
 from grasping_invisible.training.stored_results import Measured
 
 
-class Rates(msgspec.Struct, frozen=True, kw_only=True):
-    """Of a group of runs, with 95 % intervals. Motions are those of all runs, also of failed ones.
+class Averages(msgspec.Struct, frozen=True, kw_only=True):
+    """Over a group of runs, with 95 % intervals. Motions are those of all runs, also of failed ones.
 
     `success_interval`: Wilson. `found_truth_rate`: how often ground truth shows the target at the end.
     """
 
-    runs: int
     success_rate: float
     success_interval: tuple[float, float]
     motions_mean: float
@@ -26,9 +25,19 @@ class Rates(msgspec.Struct, frozen=True, kw_only=True):
     found_truth_rate: float
 
 
-class Summary(Rates, frozen=True, kw_only=True):
-    """What `gi-eval run --json` prints; here `runs` is that of each scene. `failures`: why runs were cut short."""
+class Rates(Averages, frozen=True, kw_only=True):
+    """`Averages`, and of how many runs they are."""
 
+    runs: int
+
+
+class Summary(Averages, frozen=True, kw_only=True):
+    """What `gi-eval run --json` prints, where the runs of each scene are called `runs`: others read it by that name.
+
+    The averages are of all scenes. `failures`: why runs were cut short, and how many.
+    """
+
+    runs_per_scene: int = msgspec.field(name="runs")
     suite: str
     method: str
     name: str
@@ -39,14 +48,14 @@ class Summary(Rates, frozen=True, kw_only=True):
 
 
 def summarise(results: Sequence[TrialResult], measured: Measured, runs: int, seed: int) -> Summary:
-    """The summary of an evaluation's results, at least one."""
+    """The summary of an evaluation's results, at least one; `runs`: of each scene."""
     failures: dict[str, int] = defaultdict(int)
     for result in results:
         if result.failure is not None:
             failures[result.failure] += 1
-    overall = msgspec.structs.replace(rates_of(results), runs=runs)
     return Summary(
-        **msgspec.structs.asdict(overall),
+        **msgspec.structs.asdict(_averages(results)),
+        runs_per_scene=runs,
         suite=measured.suite,
         method=measured.method,
         name=measured.name,
@@ -67,10 +76,13 @@ def rates_by_scene(results: Sequence[TrialResult]) -> dict[str, Rates]:
 
 def rates_of(results: Sequence[TrialResult]) -> Rates:
     """Rates of at least one result."""
+    return Rates(runs=len(results), **msgspec.structs.asdict(_averages(results)))
+
+
+def _averages(results: Sequence[TrialResult]) -> Averages:
     successes = sum(result.success for result in results)
     motions = [float(result.motions) for result in results]
-    return Rates(
-        runs=len(results),
+    return Averages(
         success_rate=successes / len(results),
         success_interval=wilson(successes, len(results)),
         motions_mean=fmean(motions),

@@ -1,7 +1,7 @@
 """`gi-dataset`: many logs to one dataset of Parquet files, and what is in one.
 
 Exit codes: 0 fine, 1 `check` found something or with `--strict` logs were left out, 2 bad usage or input,
-130 interrupted.
+70 a fault of this program, 130 interrupted.
 """
 
 import argparse
@@ -21,7 +21,7 @@ from grasping_invisible.data.dataset.placement import SHARDS
 from grasping_invisible.data.dataset.reader import Dataset
 from grasping_invisible.data.dataset.rebuild import Rebuild, rebuild
 from grasping_invisible.data.dataset.sample import draw_rows
-from grasping_invisible.data.errors import BadRequest
+from grasping_invisible.data.errors import BadRequest, DataError
 from grasping_invisible.data.log_commands import wording
 from grasping_invisible.data.log_commands.output import console
 from grasping_invisible.data.shown_name import shown
@@ -33,14 +33,14 @@ _CODES = "exit codes: 0 fine, 1 check found something or with --strict logs were
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one subcommand and return its exit code."""
     options = _parser().parse_args(arguments)
-    return run_command("gi-dataset", lambda: options.run(options), options.interrupted)
+    return run_command("gi-dataset", lambda: options.run(options), (DataError, OSError), options.interrupted)
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="gi-dataset",
         description="Make one dataset of many logs, and look at one.",
-        epilog=f"{_CODES}130 interrupted",
+        epilog=f"{_CODES}70 a fault of this program, 130 interrupted",
     )
     parser.set_defaults(interrupted="")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")

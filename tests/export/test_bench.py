@@ -13,8 +13,10 @@ import pytest
 from grasping_invisible.data.cli import main as gi_log
 from grasping_invisible.data.labelled_steps import labelled_steps
 from grasping_invisible.data.log_check import check_log
+from grasping_invisible.export import bench_decide
 from grasping_invisible.export.bench_cli import main
 from grasping_invisible.export.bench_logs import STEPS, LogMaker
+from grasping_invisible.runtime.errors import RobotError
 
 
 def measured(capsys: pytest.CaptureFixture[str], *arguments: str, code: int = 0) -> dict[str, Any]:
@@ -44,6 +46,15 @@ def test_a_person_gets_a_table(capsys: pytest.CaptureFixture[str]) -> None:
     said = capsys.readouterr().out
     for words in ("coordination-02", "explorer", "median ms", "Python 3", "onnxruntime"):
         assert words in said
+
+
+def test_a_robot_that_fails_is_code_3(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def refuse(*_: object) -> None:
+        raise RobotError("the scene does not come to rest")
+
+    monkeypatch.setattr(bench_decide, "SimRobot", refuse)
+    assert main(["decide", "--decisions", "1"]) == 3
+    assert capsys.readouterr().err.splitlines()[-1] == "gi-bench: the scene does not come to rest"
 
 
 def test_recording_is_measured_and_its_log_is_whole(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

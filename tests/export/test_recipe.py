@@ -6,6 +6,7 @@ from grasping_invisible.export.recipe import FINAL, Stage, load_recipe, stages_o
 from grasping_invisible.runtime.errors import BadInput
 
 # All numbers of a scale but its rounds
+ROUND = "[[full.rounds]]\nscenes = 5\ncritic_steps = 6\n"
 HEAD = "seed = 4\ninputs = 'depth+mask'\nsegmenter = { piles = 2, held_out = 1, steps = 3 }\n"
 
 
@@ -68,19 +69,69 @@ def test_numbers_of_one_s_own(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("[full]\nseed = 1", "missing required field"),
+        ("[full]\nseed = 1", "full: .*missing required field"),
         (f"[mine]\n{HEAD}rounds = []", "unknown scale 'full'"),
-        (f"[full]\n{HEAD}rounds = []", "full has no rounds"),
-        (
-            f"[full]\n{HEAD}[[full.rounds]]\nscenes = 5\nbegin = true\ncritic_steps = 6",
-            "first round of full has no critic to begin with",
-        ),
+        ("full = 3", "full: Expected `object`"),
+        (f"[full]\n{HEAD}rounds = []", "full: Expected `array` of length >= 1 - at .*rounds"),
+        (f"[full]\n{HEAD}{ROUND}begin = true", "the first round has no critic to begin with"),
         ("[full", "end of a table declaration"),
+        (
+            f"[full]\n{HEAD}{ROUND}".replace("depth+mask", "depth-mask"),
+            "'depth-mask', only color.depth.mask or depth.mask",
+        ),
+        (f"[full]\n{HEAD}{ROUND}".replace("seed = 4", "seed = -1"), ">= 0 - at .*seed"),
+        (f"[full]\n{HEAD}{ROUND}".replace("piles = 2", "piles = 0"), ">= 1 - at .*segmenter.piles"),
+        (f"[full]\n{HEAD}{ROUND}".replace("held_out = 1", "held_out = 0"), ">= 1 - at .*segmenter.held_out"),
+        (f"[full]\n{HEAD}{ROUND}".replace("steps = 3", "steps = 0"), ">= 1 - at .*segmenter.steps"),
+        (f"[full]\n{HEAD}{ROUND}".replace("scenes = 5", "scenes = 0"), r">= 1 - at .*rounds\[0\].scenes"),
+        (
+            f"[full]\n{HEAD}{ROUND}".replace("critic_steps = 6", "critic_steps = 0"),
+            r">= 1 - at .*rounds\[0\].critic_steps",
+        ),
+        (f"[full]\n{HEAD}{ROUND}classifier_steps = 0", r">= 1 - at .*rounds\[0\].classifier_steps"),
+        (f"[full]\n{HEAD}{ROUND}stage = 3", r"no stage 3, only 1 and 2 - at .*rounds\[0\]"),
+        (f"[full]\n{HEAD}{ROUND}{ROUND}epsilon = 2", r"<= 1.0 - at .*rounds\[1\].epsilon"),
     ],
 )
 def test_numbers_that_cannot_be_used_are_refused_in_one_line(tmp_path: Path, text: str, says: str) -> None:
-    file = tmp_path / "mine.toml"
+    refused(tmp_path, text, says)
+
+
+def test_a_file_that_is_no_text_is_refused_in_one_line(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_bytes(b"\xff")
+    with pytest.raises(BadInput, match=r"mine.toml: .*utf-8"):
+        load_recipe("full", tmp_path / "mine.toml")
+
+
+@pytest.mark.parametrize(
+    ("rounds", "says"),
+    [
+        (f"{ROUND}epsilon = 0.5", "leave out epsilon: the first round has no models"),
+        (f"{ROUND}on_policy = true", "leave out on_policy: the first round has no models"),
+        (f"{ROUND}branch = true\nstage = 2", "leave out stage: "),
+        (f"{ROUND}{ROUND}branch = true\nepsilon = 0.5", "leave out epsilon: "),
+        (f"{ROUND}{ROUND}branch = true\nepsilon = 0.5\non_policy = true", "leave out epsilon and on_policy: "),
+    ],
+)
+def test_a_number_that_would_count_for_nothing_is_refused(tmp_path: Path, rounds: str, says: str) -> None:
+    refused(tmp_path, f"[full]\n{HEAD}{rounds}", says)
+
+
+def refused(folder: Path, text: str, says: str) -> None:
+    file = folder / "mine.toml"
     file.write_text(text)
     with pytest.raises(BadInput, match=says) as caught:
         load_recipe("full", file)
     assert "\n" not in str(caught.value)
+
+
+def test_what_is_left_out_of_a_round_has_one_value(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(f"[full]\n{HEAD}{ROUND}{ROUND}{ROUND}stage = 2\nepsilon = 0.0\non_policy = true")
+    first, plain, other = (stage for stage in stages_of(load_recipe("full", file)) if stage.program == "gi-collect")
+    assert after(first, "--stage") == after(plain, "--stage") == "1"
+    assert "--epsilon" not in first.arguments
+    assert after(plain, "--epsilon") == "1.0"
+    assert "--on-policy" not in plain.arguments
+    assert (after(other, "--stage"), after(other, "--epsilon")) == ("2", "0.0")
+    assert "--on-policy" in other.arguments

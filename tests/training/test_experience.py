@@ -63,6 +63,19 @@ def test_what_several_datasets_hold_counts_once(folder: Path) -> None:
     assert one.datasets[0] in str(both.origin["dataset_sha256"])
 
 
+def test_scenes_are_counted_and_not_the_runs_in_them(folder: Path, tmp_path: Path, record, practice) -> None:
+    for number in range(24):
+        record(tmp_path / f"{number}.mcap", practice(f"again-{number}", seed=number % 12))
+    record(tmp_path / "robot.mcap", practice("robot", seed=0, scene="unknown"))
+    rebuild([folder, tmp_path], tmp_path / "ds", 1, QUIET)
+    found = read_experience([tmp_path / "ds"], QUIET)
+    assert len({item.run for item in (*found.taught, *found.held_out)}) == 37
+    assert found.held_out_scenes >= 1
+    assert found.scenes + found.held_out_scenes == 13
+    assert found.origin["scenes"] == found.scenes
+    assert found.origin["held_out_scenes"] == found.held_out_scenes
+
+
 def test_one_scene_is_too_few(folder: Path, tmp_path: Path) -> None:
     rebuild([folder / "00.mcap"], tmp_path / "ds", 1, QUIET)
     with pytest.raises(BadInput, match="too few; runs in one scene with one seed stay on one side"):

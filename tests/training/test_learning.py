@@ -103,7 +103,7 @@ def experience() -> Experience:
     rng = np.random.default_rng(0)
     planks = [practise(rng, f"plank-{index}") for index in range(SCENES)]
     held_out, taught = (list(chain(*part)) for part in (planks[:HELD_OUT], planks[HELD_OUT:]))
-    return Experience(taught, held_out, ("planks",), {})
+    return Experience(taught, held_out, ("planks",), {}, SCENES - HELD_OUT, HELD_OUT)
 
 
 @pytest.fixture(scope="module")

@@ -50,7 +50,7 @@ def test_a_small_segmenter_is_trained_from_nothing_and_resumes(
     assert held_out.color.shape == (len(held_out.labels), 480, 640, 3)
     weights = (tmp_path / "out" / "segmenter.pt").read_bytes()
     assert main(command) == 0  # finished: nothing is rendered or trained again
-    assert len((tmp_path / "out" / "segmenter.pt").read_bytes()) == len(weights)
+    assert (tmp_path / "out" / "segmenter.pt").read_bytes() == weights
 
     assert "give --out another folder" in refusal(capsys, *command, "--piles", "2")
     assert not pile_path(tmp_path / "renders", 1).exists()

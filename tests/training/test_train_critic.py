@@ -57,7 +57,7 @@ def transitions() -> list[Transition]:
 
 @pytest.fixture(scope="module")
 def experience(transitions: list[Transition]) -> Experience:
-    return Experience(transitions[:50], transitions[50:], ("a dataset",), {"reward": 1})
+    return Experience(transitions[:50], transitions[50:], ("a dataset",), {"reward": 1}, 50, 10)
 
 
 @pytest.mark.parametrize("rewards", [SUCCESS, PAPER])

@@ -116,7 +116,7 @@ def test_a_critic_learns_of_any_object_and_says_so(tmp_path: Path):
     torch.manual_seed(0)
     rows = [row_of(kind, scene_changed=True, object_grasped=kind == "grasp") for kind in ("push", "grasp")] * 3
     taught = [transition for row in rows for transition in TransitionReader().of_any_object(row)]
-    experience = Experience(taught, taught[:2], ("a dataset",), {}, agnostic=True)
+    experience = Experience(taught, taught[:2], ("a dataset",), {}, 1, 1, agnostic=True)
     settings = CriticTraining(tmp_path / "critic.pt", steps=4, rounds=2, batch=2)
     checkpoint = train_critic(settings, experience, Console(quiet=True))
     assert checkpoint.trained_on["goal"] == "any object"

@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.console import Console
 
 from grasping_invisible.training.evaluation_methods import OURS
-from grasping_invisible.training.evaluation_summary import Rates
+from grasping_invisible.training.evaluation_summary import Averages
 
 _PIPE_WIDTH = 180
 
@@ -50,6 +50,6 @@ def number(value: float, interval: tuple[float, float]) -> str:
     return f"{value:.2f} ({low:.2f} to {high:.2f})"
 
 
-def success(rates: Rates) -> str:
+def success(averages: Averages) -> str:
     """How often a group of runs succeeded."""
-    return share(rates.success_rate, rates.success_interval)
+    return share(averages.success_rate, averages.success_interval)

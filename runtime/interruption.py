@@ -1,18 +1,15 @@
-"""How a command of this project ends: by its exit code, one clear line, and within bounded time."""
+"""How a command that may move a robot ends when a signal comes: within bounded time, and nothing half done."""
 
 import _thread
 import os
 import signal
-import sys
 import threading
 import time
-import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from grasping_invisible.runtime.errors import EXIT_INTERRUPTED, EXIT_SOFTWARE, GraspingError
-from grasping_invisible.runtime.stream import write_line
+from grasping_invisible.runtime.errors import EXIT_INTERRUPTED
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _INTERRUPTED_SECONDS = 1.8  # from a signal to the end of the process, whatever cleaning up does
@@ -24,24 +21,16 @@ def exit_at_once_on_signals() -> None:
         signal.signal(number, lambda *_: os._exit(EXIT_INTERRUPTED))
 
 
-def run_command(program: str, body: Callable[[], int]) -> int:
-    """The exit code of `body`; what a person did wrong becomes one line on stderr, a signal becomes 130.
+@contextmanager
+def bounded() -> Iterator[None]:
+    """From now on SIGINT, SIGTERM and SIGHUP raise `KeyboardInterrupt` in the main thread, and end this process.
 
-    SIGTERM and SIGHUP end a command as Ctrl-C does: with `KeyboardInterrupt` in its main thread, which then has
-    1.8 s to clean up and is not interrupted again. An error nobody foresaw is told with its traceback, and 70.
+    It then has 1.8 s to clean up and is not interrupted again. What `data.command.run_command` takes as `signals` where
+    a robot may be moving.
     """
     for number in _SIGNALS:
         signal.signal(number, _interrupt)
-    try:
-        return body()
-    except GraspingError as error:
-        write_line(f"{program}: {error}", sys.stderr)
-        return error.exit_code
-    except KeyboardInterrupt:
-        return EXIT_INTERRUPTED
-    except Exception as error:
-        write_line(f"{traceback.format_exc()}{program}: a fault of this program: {error!r}", sys.stderr)
-        return EXIT_SOFTWARE
+    yield
 
 
 @contextmanager
