@@ -9,8 +9,8 @@ import torch
 from rich.console import Console
 
 from grasping_invisible.data.progress import bar
-from grasping_invisible.runtime.interruption import interruptions_held
 from grasping_invisible.runtime.errors import BadInput
+from grasping_invisible.runtime.interruption import interruptions_held
 from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, load_weights, save_checkpoint
 from grasping_invisible.training.curves import FOLDER, Curves
 from grasping_invisible.training.source import source_commit

@@ -8,8 +8,9 @@ from grasping_invisible.training.protocol import Protocol
 
 
 def test_the_full_protocol_is_the_papers(tmp_path: Path):
-    folders = {name: tmp_path / name for name in ("depth_mask_models", "color_models", "agnostic_models")}
-    planned = list(Protocol(out=tmp_path, **folders).evaluations())
+    agnostic, blind, seeing = (tmp_path / name for name in ("agnostic", "depth+mask", "color+depth+mask"))
+    protocol = Protocol(out=tmp_path, agnostic_models=agnostic, depth_mask_models=blind, color_models=seeing)
+    planned = list(protocol.evaluations())
     assert {(item.suite, item.runs) for item in planned} == {
         ("exploration", 50),
         ("coordination", 30),
@@ -19,9 +20,9 @@ def test_the_full_protocol_is_the_papers(tmp_path: Path):
     by_models = {item.models: set[tuple[str, str]]() for item in planned}
     for item in planned:
         by_models[item.models].add((item.method, item.name))
-    assert by_models[folders["agnostic_models"]] == {("vpg", "vpg"), ("mask-vpg", "mask-vpg")}
-    assert by_models[folders["depth_mask_models"]] == {("ours", "depth+mask")}
-    assert by_models[folders["color_models"]] == {("ours", "color+depth+mask")}
+    assert by_models[agnostic] == {("vpg", "vpg"), ("mask-vpg", "mask-vpg")}
+    assert by_models[blind] == {("ours", "depth+mask")}
+    assert by_models[seeing] == {("ours", "color+depth+mask")}
     assert len({item.results for item in planned}) == len(planned)
 
 
