@@ -8,7 +8,10 @@ from grasping_invisible.training.eval_commands import compare, failures, note, p
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run `gi-eval`; its exit code: 0, 2 bad input, 130 interrupted (with --results the same command goes on)."""
+    """Run `gi-eval`; its exit code: 0, 2 bad input, 3 simulator, 130 interrupted.
+
+    With --results the same command goes on after 3 and 130.
+    """
     options = _parser().parse_args(arguments)
     return run_command("gi-eval", lambda: options.run(options), "interrupted")
 

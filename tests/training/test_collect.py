@@ -1,4 +1,12 @@
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
+
+import pytest
 
 from grasping_invisible.data.labelled_steps import labelled_steps
 from grasping_invisible.data.steps import steps
@@ -32,3 +40,35 @@ def test_acting_greedily_needs_models(tmp_path: Path, capsys):
     assert "--models" in capsys.readouterr().err
     assert main(["--out", str(tmp_path), "--scenes", "0"]) == 2
     assert main(["--out", str(tmp_path), "--seed", "-1"]) == 2
+
+
+def kill_a_worker(process: subprocess.Popen[str]) -> None:
+    """What a system does that is out of memory."""
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    worker = next(child for child in children if "spawn_main" in Path(f"/proc/{child}/cmdline").read_text())
+    os.kill(int(worker), signal.SIGKILL)
+
+
+@pytest.mark.parametrize(
+    ("end", "code", "said"),
+    [
+        (kill_a_worker, 3, "a worker process was killed or crashed, likely out of memory or in the simulator; "),
+        (lambda process: process.send_signal(signal.SIGINT), 130, "interrupted; the same command goes on from here"),
+        (lambda process: process.send_signal(signal.SIGTERM), 130, "interrupted; the same command goes on from here"),
+    ],
+    ids=["a killed worker", "SIGINT", "SIGTERM"],
+)
+def test_a_worker_that_dies_or_a_signal_ends_it_at_once(
+    end: Callable[[subprocess.Popen[str]], None], code: int, said: str, tmp_path: Path
+):
+    command = [sys.executable, "-m", "grasping_invisible.training.collect_cli", "--out", tmp_path / "logs"]
+    process = subprocess.Popen(
+        [*command, "--scenes", "1000", "--workers", "2"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    while process.poll() is None and not list(tmp_path.glob("logs/*.partial")):
+        time.sleep(0.01)
+    end(process)
+    _, complaints = process.communicate(timeout=30)
+    assert process.returncode == code, complaints
+    assert "Traceback" not in complaints
+    assert complaints.splitlines()[-1].startswith(f"gi-collect: {said}")
