@@ -113,16 +113,17 @@ def run_trials(
 ) -> Iterator[TrialResult]:
     """Make the runs in `workers` processes; yields each result when it is there, in no particular order.
 
-    `log_dir`: where each run leaves a log, if anywhere. A log gets its name only when its result is here, so that one
-    of that name is never of a run that has to be made again. Raises `RobotError` where a process dies.
+    `log_dir`: where each run leaves a log, if anywhere; see `name_log`. Raises `RobotError` where a process dies.
     """
     run = partial(_run_into, models=models, method=method, log_dir=log_dir)
     with simulating(workers) as run_all:
-        for result in run_all(run, trials):
-            if log_dir is not None:
-                log = log_path(log_dir, result.scene, result.seed)
-                _unfinished(log).rename(log)
-            yield result
+        yield from run_all(run, trials)
+
+
+def name_log(folder: Path, result: TrialResult) -> None:
+    """Give a run's log its name, once the result is kept: one of that name is never of a run to be made again."""
+    log = log_path(folder, result.scene, result.seed)
+    _unfinished(log).rename(log)
 
 
 def log_path(folder: Path, scene: str, seed: int) -> Path:
