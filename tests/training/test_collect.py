@@ -42,6 +42,13 @@ def test_acting_greedily_needs_models(tmp_path: Path, capsys):
     assert main(["--out", str(tmp_path), "--seed", "-1"]) == 2
 
 
+@pytest.mark.parametrize("more", [["--stage", "1"], ["--motions", "8"], ["--epsilon", "1"], ["--on-policy"]])
+def test_branching_takes_no_settings_that_it_would_not_heed(more: list[str], tmp_path: Path, capsys):
+    assert main(["--out", str(tmp_path), "--scenes", "1", "--branch", *more]) == 2
+    assert "leave out --stage, --motions, --epsilon and --on-policy" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
 def kill_a_worker(process: subprocess.Popen[str]) -> None:
     """What a system does that is out of memory."""
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
