@@ -31,9 +31,10 @@ def _run(options: argparse.Namespace) -> None:
 
 def _collect(collection: Collection, workers: int, console: Console) -> list[SceneCounts]:
     done = len(collection.numbers) - len(collection.missing)
+    making = collect(collection, workers)
     counts: list[SceneCounts] = []
     with bar("scenes", collection.scenes, console, done) as advance:
-        for count in collect(collection, workers):
+        for count in making:
             counts.append(count)
             advance(f"{sum(c.motions for c in counts)} motions")
     return counts
