@@ -32,12 +32,19 @@ def result_of() -> ResultOf:
 def results_file(tmp_path: Path) -> Callable[..., Path]:
     """Writes a file of results of one method."""
 
-    def write(suite: str, method: str, results: list[TrialResult], name: str | None = None, bundle: str = "b") -> Path:
+    def write(
+        suite: str,
+        method: str,
+        results: list[TrialResult],
+        name: str | None = None,
+        bundle: str = "b",
+        task_sha256: str | None = None,
+    ) -> Path:
         path = tmp_path / "results" / f"{suite}-{name or method}-{bundle}.jsonl"
         path.unlink(missing_ok=True)
         with ResultsFile(path, Measured(suite, method, name or method, bundle * 64)) as file:
             for result in results:
-                file.add(result)
+                file.add(result, task_sha256)
         return path
 
     return write

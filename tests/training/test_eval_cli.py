@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from grasping_invisible.data.log_reader import read_messages
 from grasping_invisible.data.recorder import Recorder, RecordingSettings
@@ -101,6 +102,22 @@ def test_two_bundles_are_compared_on_the_same_runs(scene: Path, tmp_path: Path, 
     assert compared["overall"]["first"] == compared["overall"]["second"]
     (file,) = (tmp_path / "kept").iterdir()  # the same bundle twice
     assert file.name.startswith("a_cube-ours-")
+
+
+def test_files_of_different_tasks_are_not_compared(results_file, result_of, capsys):
+    runs = [result_of("a", seed, True, 2) for seed in range(3)]
+    files = [
+        results_file("mine", method, runs, task_sha256=task)
+        for method, task in (("ours", "a" * 64), ("rand", "b" * 64), ("vpg", None))
+    ]
+    ours, rand, vpg = map(str, files)
+    assert main(["compare", ours, vpg]) == main(["compare", vpg, rand]) == 0
+    assert main(["compare", ours, rand]) == 2
+    said = "gi-eval: the two files hold runs of 'a' from before and after it changed, which are not the same task"
+    assert capsys.readouterr().err.splitlines() == [said]
+    longer = results_file("mine", "mask-vpg", [replace(run, max_motions=6) for run in runs])
+    assert main(["compare", vpg, str(longer)]) == 2
+    assert capsys.readouterr().err.splitlines() == [said]
 
 
 def test_tables_of_stored_results(results_file, result_of, tmp_path: Path, capsys):
