@@ -14,7 +14,7 @@ from grasping_invisible.data.steps import LoggedStep
 from grasping_invisible.runtime.config import Config, to_toml
 from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.training.evaluation import TrialResult
-from grasping_invisible.training.failed_runs import Run
+from grasping_invisible.training.failed_runs import Run, method_of
 from grasping_invisible.training.stored_results import Measured, ResultsFile
 
 ResultOf = Callable[..., TrialResult]
@@ -128,7 +128,7 @@ class StepMaker:
     def run(self, *made: LoggedStep, ended: str | None = "budget") -> Run:
         """A run of such steps."""
         summary = None if ended is None else gi.RunSummary(run_id="r", ended_because=ended, motions=len(made))
-        return Run(self.path, self.start, made, summary)
+        return Run(self.path, self.start, method_of(self.start), made, summary)
 
 
 @pytest.fixture

@@ -7,8 +7,9 @@ import pytest
 from msgspec.structs import replace
 
 from grasping_invisible.data.log_reader import read_messages
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.recorder import Recorder, RecordingSettings
-from grasping_invisible.data.topics import BY_KEY
+from grasping_invisible.data.topics import BY_KEY, RUN_SUMMARY
 from grasping_invisible.runtime.bundle import shipped_models
 from grasping_invisible.sim_robot.scene import Scene, SceneObject, save_scene
 from grasping_invisible.training.eval_cli import main
@@ -92,6 +93,31 @@ def test_copies_of_a_log_are_one_run_and_its_damage_is_said(scene: Path, tmp_pat
 
     assert main(["failures", str(logs / "a_cut_copy.mcap"), "--out", str(tmp_path / "why")]) == 0
     assert "damaged: " in capsys.readouterr().err
+
+
+def test_one_damaged_log_does_not_end_the_report(record, practice, tmp_path: Path, capsys):
+    def log(name: str, config: str = "", picture: bytes | None = None) -> None:
+        messages = [*practice(name, 1), (RUN_SUMMARY, gi.RunSummary(run_id=name, ended_because="budget"))]
+        for _, message in messages:
+            if isinstance(message, gi.RunStart):
+                message.config_toml = config
+            if isinstance(message, gi.Heightmaps) and picture is not None:
+                message.labels_png = picture
+            if isinstance(message, gi.Decision):
+                message.policy = "explorer"
+        record(tmp_path / "logs" / f"{name}.mcap", messages)
+
+    (tmp_path / "logs").mkdir()
+    log("a-later-version", config="[policy]\nexploration = 'by-ear'\n")
+    log("b-picture", picture=b"damaged")
+    log("c-whole")
+    assert main(["failures", str(tmp_path / "logs"), "--out", str(tmp_path / "why")]) == 0
+    said = capsys.readouterr()
+    assert "1 of 1 runs failed." in said.out
+    complaints = "".join(said.err.split())
+    assert complaints.count("damaged:") == 2
+    assert "a-later-version.mcap:theconfigurationofruna-later-version:exploration'by-ear'isunknown" in complaints
+    assert f"damaged:{tmp_path / 'logs' / 'b-picture.mcap'}:" in complaints
 
 
 def test_two_bundles_are_compared_on_the_same_runs(scene: Path, tmp_path: Path, capsys):

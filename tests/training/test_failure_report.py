@@ -1,13 +1,15 @@
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
 from grasping_invisible.data.images import encode_color
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.recorder import Recorder
 from grasping_invisible.data.topics import COLOR_IMAGE
-from grasping_invisible.training.failed_runs import failure_of
+from grasping_invisible.training.failed_runs import Cause, Failure, failure_of
 from grasping_invisible.training.failure_report import draw_failures, failure_tables
 
 
@@ -54,6 +56,16 @@ def test_the_sheet_has_a_row_for_each_cause_and_is_the_same_again(steps, tmp_pat
     assert two is not None
     assert one is not None
     assert two.shape[0] == 2 * one.shape[0]
+
+
+def test_a_damaged_picture_ends_no_sheet(steps, tmp_path: Path):
+    steps.path = tmp_path / "run.mcap"
+    with Recorder(steps.path) as recorder:
+        recorder.put(COLOR_IMAGE, CompressedImage(data=b"damaged").SerializeToString(), 0)
+    damaged = gi.Heightmaps(rows=224, columns=224, color_png=b"damaged")
+    step = replace(steps.step(gi.PUSH), heightmaps=damaged, next_heightmaps=damaged)
+    draw_failures([Failure(steps.run(step), Cause.ROBOT, step)], tmp_path / "sheet.png")
+    assert (tmp_path / "sheet.png").exists()
 
 
 def test_no_failure_makes_no_sheet(tmp_path: Path):
