@@ -24,20 +24,22 @@ from grasping_invisible.training.failed_motions import Fault, maps_of
 from grasping_invisible.training.failed_runs import Cause, Failure, Run
 from grasping_invisible.training.result_tables import cell
 
-_GROUP = tuple[str, str]  # suite and method
+_GROUP = tuple[str, str, str]  # suite, method and the bundle's hash
 DPI = 110
 
 
 def failure_tables(runs: Sequence[tuple[Run, Failure | None]]) -> str:
-    """For each suite and method how many runs failed of what, and what was wrong with the motions of failed runs."""
+    """For each suite, method and bundle how many runs failed of what, and what was wrong with failed runs' motions."""
     groups: dict[_GROUP, list[tuple[Run, Failure | None]]] = defaultdict(list)
     for run, failure in runs:
-        groups[run.suite, run.method].append((run, failure))
+        groups[run.suite, run.method, run.start.bundle_sha256].append((run, failure))
+    bundles = Counter((suite, method) for suite, method, _ in groups)
     parts = []
-    for suite, method in sorted(groups):
-        members = groups[suite, method]
+    for suite, method, bundle in sorted(groups):
+        members = groups[suite, method, bundle]
         failures = [failure for _, failure in members if failure is not None]
-        parts.append(f"## {suite}: {method}\n\n{len(failures)} of {len(members)} runs failed.")
+        which = f", bundle {bundle[:12] or 'unknown'}" if bundles[suite, method] > 1 else ""
+        parts.append(f"## {suite}: {method}{which}\n\n{len(failures)} of {len(members)} runs failed.")
         if failures:
             parts += [_causes(failures), _motions(failures)]
     return "\n\n".join(parts) + "\n"

@@ -37,6 +37,22 @@ def test_causes_and_motions_are_counted_for_each_suite_and_method(steps):
     )
 
 
+def test_runs_of_two_bundles_are_counted_apart(steps):
+    of_bundles = []
+    for bundle in ("", "a" * 64):
+        start = gi.RunStart()
+        start.CopyFrom(steps.start)
+        start.bundle_sha256 = bundle
+        of_bundles += [(replace(run, start=start), failure) for run, failure in runs_of(steps)[len(of_bundles) // 4 :]]
+    headings = [line for line in failure_tables(of_bundles).splitlines() if line.startswith("## ") or "failed" in line]
+    assert headings == [
+        "## invisible: explorer, coordinator, bundle unknown",
+        "3 of 4 runs failed.",
+        "## invisible: explorer, coordinator, bundle aaaaaaaaaaaa",
+        "2 of 3 runs failed.",
+    ]
+
+
 def test_a_bar_in_a_scenes_name_ends_no_cell(steps):
     steps.start.scene = "a|b"
     assert "| 2 | a\\|b, seed 4 |" in failure_tables(runs_of(steps))
