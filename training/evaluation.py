@@ -21,7 +21,7 @@ from grasping_invisible.training.evaluation_methods import Method
 from grasping_invisible.training.worker import loaded_bundle, simulating
 
 SUITES = ("exploration", "coordination", "invisible")
-SEEDS_APART = 1000  # between the first seeds of two evaluations: no run is in both
+SEEDS_APART = 1000  # between the first seeds of two evaluations, and so their most runs of a scene: no run is in both
 
 
 @dataclass(frozen=True)
@@ -61,6 +61,8 @@ class TrialResult(msgspec.Struct, frozen=True):
 
 def trials_of(suite: str, runs: int, seed: int) -> list[Trial]:
     """The runs of a suite, `runs` of each scene, or of a scene file, or of all in a folder. Raises `BadInput`."""
+    if runs > SEEDS_APART:
+        raise BadInput(f"--runs must be at most {SEEDS_APART}, not {runs}: the next --seed begins there")
     trials = []
     sources: dict[str, str] = {}
     for source in _sources_of(suite):

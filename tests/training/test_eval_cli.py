@@ -159,6 +159,8 @@ def test_tables_of_stored_results(results_file, result_of, tmp_path: Path, capsy
         (["run", "--suite", "coordination", "--method", "magic"], "clutter-prior"),
         (["run", "--suite", "nothing"], "exploration, coordination, invisible"),
         (["run", "--suite", "coordination", "--runs", "0"], "--runs must be at least 1"),
+        (["run", "--suite", "coordination", "--runs", "1001"], "--runs must be at most 1000, not 1001"),
+        (["protocol", "--runs", "1001", "--out", "out"], "--runs must be at most 1000, not 1001"),
         (["run", "--suite", "coordination", "--workers", "0"], "--workers must be at least 1"),
         (["run", "--suite", "coordination", "--models", "nowhere"], "no model bundle"),
         (["compare", "one.jsonl"], "two files of results, or --models twice"),
