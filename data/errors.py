@@ -23,3 +23,7 @@ class BadRequest(DataError):
 
 class RecordingError(DataError):
     """A log that cannot be created."""
+
+
+class WorkerDied(DataError):
+    """A worker process that was killed or crashed, and its work with it."""

@@ -9,13 +9,14 @@ import msgspec
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.manifest import Evaluation, read_manifest, write_manifest
 from grasping_invisible.training.evaluation_summary import rates_of
-from grasping_invisible.training.stored_results import StoredResult, check_counted_once
+from grasping_invisible.training.stored_results import StoredResult, check_counted_once, check_one_task
 
 
 def note_evaluations(folder: Path, stored: Iterable[StoredResult]) -> tuple[Evaluation, ...]:
     """Write into a bundle's manifest what was measured with it, in place of what was noted before.
 
-    Results of other bundles are left aside. Raises `BadInput` where all are or a run comes twice, and `BundleError`.
+    Results of other bundles are left aside. Raises `BadInput` where all are, a run comes twice or a scene changed in
+    between, and `BundleError`.
     """
     manifest = read_manifest(folder)
     groups: dict[tuple[str, str], list[StoredResult]] = defaultdict(list)
@@ -34,6 +35,7 @@ def note_evaluations(folder: Path, stored: Iterable[StoredResult]) -> tuple[Eval
 
 def _evaluation(suite: str, method: str, stored: list[StoredResult]) -> Evaluation:
     check_counted_once(stored, f"{method} on {suite}")
+    check_one_task(stored, f"the results of {method} on {suite}")
     rates = rates_of([item.result for item in stored])
     return Evaluation(
         suite=suite,

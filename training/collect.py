@@ -9,13 +9,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 
 from grasping_invisible.data.classes import CLASSES
-from grasping_invisible.data.worker import prepare_worker
+from grasping_invisible.runtime.bundle import load_bundle
 from grasping_invisible.runtime.config import Config, to_toml
 from grasping_invisible.runtime.decision import DecisionSettings
 from grasping_invisible.runtime.errors import RobotError
@@ -27,8 +26,9 @@ from grasping_invisible.sim_robot.robot import SimRobot
 from grasping_invisible.sim_robot.scene import Scene
 from grasping_invisible.training.behaviour import Behaviour
 from grasping_invisible.training.branches import BranchCounts, branch, draw_branched_scene
+from grasping_invisible.training.collection_settings import CollectionSettings, keep_settings
 from grasping_invisible.training.experience_log import ExperienceLog, SpokenRobot
-from grasping_invisible.training.worker import loaded_bundle
+from grasping_invisible.training.worker import loaded_bundle, simulating
 
 # Style and share of the scenes of each stage, and how many grey blocks they hold (paper: 3, then 8).
 STAGES: dict[int, tuple[dict[Style, float], tuple[int, int]]] = {
@@ -86,12 +86,25 @@ class SceneCounts:
 def collect(collection: Collection, workers: int) -> Iterator[SceneCounts]:
     """Make the logs that are missing, in `workers` processes; yields as each is done.
 
-    An interrupted collection goes on where it stopped when started again.
+    An interrupted collection goes on where it stopped when started again. Raises `BadInput` at once where the folder
+    was collected with other settings or the bundle cannot be used, and `RobotError` where a process dies.
     """
+    settings = CollectionSettings(
+        stage=collection.stage,
+        branch=collection.branch,
+        epsilon=collection.epsilon,
+        on_policy=collection.on_policy,
+        motions=collection.motions,
+        bundle_sha256=None if collection.models is None else load_bundle(collection.models).sha256,
+    )
     collection.out.mkdir(parents=True, exist_ok=True)
-    # Spawned: a fork would share PyBullet's and ONNX Runtime's threads. Leaving the pool ends its processes.
-    with get_context("spawn").Pool(workers, initializer=prepare_worker) as pool:
-        yield from pool.imap_unordered(partial(collect_scene, collection), collection.missing)
+    keep_settings(collection.out, settings)
+    return _make_missing(collection, workers)
+
+
+def _make_missing(collection: Collection, workers: int) -> Iterator[SceneCounts]:
+    with simulating(workers) as run_all:
+        yield from run_all(partial(collect_scene, collection), collection.missing)
 
 
 def collect_scene(collection: Collection, number: int) -> SceneCounts:

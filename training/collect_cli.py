@@ -32,36 +32,39 @@ def _run(options: argparse.Namespace) -> int:
 
 def _collect(collection: Collection, workers: int, console: Console) -> list[SceneCounts]:
     done = len(collection.numbers) - len(collection.missing)
+    making = collect(collection, workers)
     counts: list[SceneCounts] = []
     with bar("scenes", collection.scenes, console, done) as advance:
-        for count in collect(collection, workers):
+        for count in making:
             counts.append(count)
             advance(f"{sum(c.motions for c in counts)} motions")
     return counts
 
 
 def _collection(options: argparse.Namespace) -> Collection:
-    if options.scenes < 1 or options.motions < 1 or options.workers < 1:
-        raise BadInput("--scenes, --motions and --workers must be at least 1")
-    if options.seed < 0:
-        raise BadInput(f"--seed must be at least 0, not {options.seed}")
-    if not 0.0 <= options.epsilon <= 1.0:
-        raise BadInput(f"--epsilon must lie within 0 and 1, not {options.epsilon}")
-    if options.branch and (options.epsilon < 1.0 or options.on_policy):
-        raise BadInput("--branch chooses its motions by itself: leave out --epsilon and --on-policy")
-    if options.models is None and (options.epsilon < 1.0 or options.on_policy):
-        raise BadInput("acting other than at random needs --models")
-    return Collection(
+    given = {name: value for name in ("stage", "motions", "epsilon") if (value := getattr(options, name)) is not None}
+    if options.branch and (given or options.on_policy):
+        raise BadInput(
+            "--branch chooses its scenes and motions by itself: leave out --stage, --motions, --epsilon and --on-policy"
+        )
+    collection = Collection(
         out=options.out,
         scenes=options.scenes,
-        stage=options.stage,
         seed=options.seed,
         models=options.models,
-        epsilon=options.epsilon,
         on_policy=options.on_policy,
-        motions=options.motions,
         branch=options.branch,
+        **given,
     )
+    if collection.scenes < 1 or collection.motions < 1 or options.workers < 1:
+        raise BadInput("--scenes, --motions and --workers must be at least 1")
+    if collection.seed < 0:
+        raise BadInput(f"--seed must be at least 0, not {collection.seed}")
+    if not 0.0 <= collection.epsilon <= 1.0:
+        raise BadInput(f"--epsilon must lie within 0 and 1, not {collection.epsilon}")
+    if collection.models is None and (collection.epsilon < 1.0 or collection.on_policy):
+        raise BadInput("acting other than at random needs --models")
+    return collection
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -70,15 +73,15 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of logs, one for each scene")
     parser.add_argument("--scenes", type=int, default=100, help="how many")
-    parser.add_argument("--stage", type=int, choices=sorted(STAGES), default=1, help="1: few blocks; 2: dense clutter")
+    parser.add_argument("--stage", type=int, choices=sorted(STAGES), help="1: few blocks (default); 2: dense clutter")
     parser.add_argument("--seed", type=int, default=0, help="of the scenes; other seeds give other scenes")
     parser.add_argument("--models", type=Path, metavar="DIR", help="bundle to act by; at random without")
-    parser.add_argument("--epsilon", type=float, default=1.0, help="share of random actions")
+    parser.add_argument("--epsilon", type=float, help="share of random actions (default: 1)")
     parser.add_argument("--on-policy", action="store_true", help="let the bundle's classifier choose push or grasp")
     parser.add_argument(
         "--branch", action="store_true", help="put the world back after each motion, and try others from the same state"
     )
-    parser.add_argument("--motions", type=int, default=8, help="spent on one target at most")
+    parser.add_argument("--motions", type=int, help=f"spent on one target at most (default: {Collection.motions})")
     parser.add_argument("--workers", type=int, default=1, help="processes")
     return parser
 

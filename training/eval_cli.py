@@ -9,7 +9,10 @@ from grasping_invisible.training.eval_commands import compare, failures, note, p
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run `gi-eval`; its exit code: 0, 2 bad input, 70 a fault of ours, 130 interrupted (with --results it goes on)."""
+    """Run `gi-eval`; its exit code: 0, 2 bad input, 3 simulator, 70 a fault of ours, 130 interrupted.
+
+    With --results the same command goes on after 3 and 130.
+    """
     options = _parser().parse_args(arguments)
 
     def body() -> int:

@@ -13,7 +13,7 @@ from grasping_invisible.data.progress import bar
 from grasping_invisible.runtime.bundle import load_bundle
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.run_log import in_file_name
-from grasping_invisible.training.evaluation import Trial, TrialResult, log_path, run_trials, trials_of
+from grasping_invisible.training.evaluation import Trial, TrialResult, log_path, name_log, run_trials, trials_of
 from grasping_invisible.training.evaluation_methods import method_named
 from grasping_invisible.training.stored_results import Measured, ResultsFile
 
@@ -65,6 +65,8 @@ def evaluate(evaluation: Evaluation, workers: int, console: Console) -> list[Tri
                 done[result.scene, result.seed] = result
                 if file is not None:
                     file.add(result, tasks[result.scene])
+                if log_dir is not None:
+                    name_log(log_dir, result)
                 advance(f"{sum(item.success for item in done.values())} of {len(done)}")
     return [done[key] for key in sorted(done)]
 

@@ -4,13 +4,11 @@ import hashlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 
 import msgspec
 
 from grasping_invisible.data.file_hash import file_sha256
-from grasping_invisible.data.worker import prepare_worker
 from grasping_invisible.runtime.decision import DecisionSettings
 from grasping_invisible.runtime.errors import BadInput, RobotError
 from grasping_invisible.runtime.loop import Goal, RunPlan, RunProgress, run_loop
@@ -20,10 +18,10 @@ from grasping_invisible.sim_robot.robot import SimRobot
 from grasping_invisible.sim_robot.scene import Scene, load_scene, scene_names
 from grasping_invisible.training.evaluation_log import logged_run
 from grasping_invisible.training.evaluation_methods import Method
-from grasping_invisible.training.worker import loaded_bundle
+from grasping_invisible.training.worker import loaded_bundle, simulating
 
 SUITES = ("exploration", "coordination", "invisible")
-SEEDS_APART = 1000  # between the first seeds of two evaluations: no run is in both
+SEEDS_APART = 1000  # between the first seeds of two evaluations, and so their most runs of a scene: no run is in both
 
 
 @dataclass(frozen=True)
@@ -63,6 +61,8 @@ class TrialResult(msgspec.Struct, frozen=True):
 
 def trials_of(suite: str, runs: int, seed: int) -> list[Trial]:
     """The runs of a suite, `runs` of each scene, or of a scene file, or of all in a folder. Raises `BadInput`."""
+    if runs > SEEDS_APART:
+        raise BadInput(f"--runs must be at most {SEEDS_APART}, not {runs}: the next --seed begins there")
     trials = []
     sources: dict[str, str] = {}
     for source in _sources_of(suite):
@@ -115,17 +115,17 @@ def run_trials(
 ) -> Iterator[TrialResult]:
     """Make the runs in `workers` processes; yields each result when it is there, in no particular order.
 
-    `log_dir`: where each run leaves a log, if anywhere. A log gets its name only when its result is here, so that one
-    of that name is never of a run that has to be made again.
+    `log_dir`: where each run leaves a log, if anywhere; see `name_log`. Raises `RobotError` where a process dies.
     """
     run = partial(_run_into, models=models, method=method, log_dir=log_dir)
-    # Spawned: a fork would share PyBullet's and ONNX Runtime's threads. Leaving the pool ends its processes.
-    with get_context("spawn").Pool(workers, initializer=prepare_worker) as pool:
-        for result in pool.imap_unordered(run, trials):
-            if log_dir is not None:
-                log = log_path(log_dir, result.scene, result.seed)
-                _unfinished(log).rename(log)
-            yield result
+    with simulating(workers) as run_all:
+        yield from run_all(run, trials)
+
+
+def name_log(folder: Path, result: TrialResult) -> None:
+    """Give a run's log its name, once the result is kept: one of that name is never of a run to be made again."""
+    log = log_path(folder, result.scene, result.seed)
+    _unfinished(log).rename(log)
 
 
 def log_path(folder: Path, scene: str, seed: int) -> Path:

@@ -39,10 +39,14 @@ class Cause(Enum):
 
 @dataclass(frozen=True)
 class Run:
-    """A run as logged. `summary`: None where the log ends before the run. `damaged`: the log is."""
+    """A run as logged. `method`: how it searched and how it coordinated.
+
+    `summary`: None where the log ends before the run. `damaged`: the log is.
+    """
 
     path: Path
     start: gi.RunStart
+    method: str
     steps: tuple[LoggedStep, ...]
     summary: gi.RunSummary | None
     damaged: bool = False
@@ -70,26 +74,22 @@ class Run:
         scene = load_scene(self.start.scene)
         return "invisible" if self.start.max_motions > scene.max_motions else scene.task
 
-    @property
-    def method(self) -> str:
-        """How it searched and how it coordinated."""
-        policy = parse_config(self.start.config_toml, f"the configuration of {self.path}").policy
-        return f"{policy.exploration}, {policy.coordination}"
-
 
 @dataclass(frozen=True)
 class Failure:
-    """A failed run, why, and the step that shows it best, if the log holds one."""
+    """A failed run, why, and the step that shows it best, if the log holds one. `faults`: of all its motions."""
 
     run: Run
     cause: Cause | Fault
     step: LoggedStep | None
+    faults: tuple[Fault, ...] = ()
 
 
 def read_runs(path: Path, damage: list[str] | None = None) -> Iterator[Run]:
-    """The runs of a log, without Q maps, which say nothing here and weigh most. Raises `BadLog`.
+    """The runs of a log, without Q maps, which say nothing here and weigh most.
 
-    `damage`, if given, takes a line for everything wrong, before the first run.
+    `damage`, if given, takes a line for everything wrong, before the first run. Raises `BadLog`, and `BadInput` where
+    this version cannot read a run's configuration.
     """
     damage = [] if damage is None else damage
     summaries = {
@@ -105,17 +105,32 @@ def read_runs(path: Path, damage: list[str] | None = None) -> Iterator[Run]:
     for run_id, of_this in of_run.items():
         start = of_this[0].start
         assert start is not None
-        yield Run(path, start, tuple(of_this), summaries.get(run_id), bool(damage))
+        yield Run(path, start, method_of(start), tuple(of_this), summaries.get(run_id), bool(damage))
+
+
+def method_of(start: gi.RunStart) -> str:
+    """How a run searched and how it coordinated. Raises `BadInput` where its configuration cannot be read."""
+    policy = parse_config(start.config_toml, f"the configuration of run {start.run_id}").policy
+    return f"{policy.exploration}, {policy.coordination}"
 
 
 def failure_of(run: Run) -> Failure | None:
-    """Why a run failed; None where it did not. The first of these that holds:
+    """Why a run failed; None where it did not. Raises `BadMessage` where an image that tells is damaged.
+
+    The cause is the first of these that holds:
 
     It ended otherwise than by success or its allowance. What it held was judged wrongly. The target is outside at the
     end. It was never seen from above: only in the camera's picture, or not even there though ground truth shows it, or
     nowhere. At half of the decisions for it or more it was truly out of sight. It was first seen with `LAST_MOTIONS` or
     fewer left. Otherwise the most frequent fault of the motions since it was first seen, the latest of equal ones.
     """
+    failure = _failure_of(run)
+    if failure is None:
+        return None
+    return replace(failure, faults=tuple(fault for step in run.steps if (fault := fault_of(step)) is not None))
+
+
+def _failure_of(run: Run) -> Failure | None:
     summary, last = run.summary, run.steps[-1] if run.steps else None
     if summary is None or summary.ended_because not in ("grasped", FOUND, "budget"):
         return Failure(run, Cause.ROBOT, last)

@@ -15,28 +15,31 @@ from grasping_invisible.data.camera_frames import camera_frames
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.data.clock import to_ns
 from grasping_invisible.data.drawing import GRASP_COLOR, PUSH_COLOR, strokes
+from grasping_invisible.data.errors import BadMessage
 from grasping_invisible.data.images import decode_color
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.steps import LoggedStep
 from grasping_invisible.data.topics import COLOR_IMAGE
-from grasping_invisible.training.failed_motions import Fault, fault_of, maps_of
+from grasping_invisible.training.failed_motions import Fault, maps_of
 from grasping_invisible.training.failed_runs import Cause, Failure, Run
 from grasping_invisible.training.result_tables import cell
 
-_GROUP = tuple[str, str]  # suite and method
+_GROUP = tuple[str, str, str]  # suite, method and the bundle's hash
 DPI = 110
 
 
 def failure_tables(runs: Sequence[tuple[Run, Failure | None]]) -> str:
-    """For each suite and method how many runs failed of what, and what was wrong with the motions of failed runs."""
+    """For each suite, method and bundle how many runs failed of what, and what was wrong with failed runs' motions."""
     groups: dict[_GROUP, list[tuple[Run, Failure | None]]] = defaultdict(list)
     for run, failure in runs:
-        groups[run.suite, run.method].append((run, failure))
+        groups[run.suite, run.method, run.start.bundle_sha256].append((run, failure))
+    bundles = Counter((suite, method) for suite, method, _ in groups)
     parts = []
-    for suite, method in sorted(groups):
-        members = groups[suite, method]
+    for suite, method, bundle in sorted(groups):
+        members = groups[suite, method, bundle]
         failures = [failure for _, failure in members if failure is not None]
-        parts.append(f"## {suite}: {method}\n\n{len(failures)} of {len(members)} runs failed.")
+        which = f", bundle {bundle[:12] or 'unknown'}" if bundles[suite, method] > 1 else ""
+        parts.append(f"## {suite}: {method}{which}\n\n{len(failures)} of {len(members)} runs failed.")
         if failures:
             parts += [_causes(failures), _motions(failures)]
     return "\n\n".join(parts) + "\n"
@@ -72,9 +75,9 @@ def _causes(failures: Sequence[Failure]) -> str:
 
 
 def _motions(failures: Sequence[Failure]) -> str:
-    motions = [step for failure in failures for step in failure.run.steps]
-    faults = Counter(fault.value for step in motions if (fault := fault_of(step)) is not None)
-    lines = [f"| of their {len(motions)} motions | how many |", "|---|---|"]
+    motions = sum(len(failure.run.steps) for failure in failures)
+    faults = Counter(fault.value for failure in failures for fault in failure.faults)
+    lines = [f"| of their {motions} motions | how many |", "|---|---|"]
     lines += [f"| {fault} | {count} |" for fault, count in sorted(faults.items(), key=lambda item: (-item[1], item[0]))]
     return "\n".join(lines)
 
@@ -93,18 +96,25 @@ def _draw_camera(axes: Axes, path: Path, step: LoggedStep) -> None:
     """What the camera saw before the motion."""
     axes.set_axis_off()
     frames = camera_frames(path, (to_ns(step.decision.frame_stamp),), (COLOR_IMAGE,))
-    for image in (frame.messages[COLOR_IMAGE.key] for frame in frames):
-        assert isinstance(image, CompressedImage)
-        axes.imshow(decode_color(image))
+    try:
+        for image in (frame.messages[COLOR_IMAGE.key] for frame in frames):
+            assert isinstance(image, CompressedImage)
+            axes.imshow(decode_color(image))
+    except BadMessage:
+        _say(axes, "damaged in the log")
 
 
 def _draw_map(axes: Axes, message: gi.Heightmaps | None, step: LoggedStep | None) -> None:
     axes.set_xticks([])
     axes.set_yticks([])
     if message is None:
-        axes.text(0.5, 0.5, "not in the log", ha="center", va="center", transform=axes.transAxes)
+        _say(axes, "not in the log")
         return
-    maps = maps_of(message)
+    try:
+        maps = maps_of(message)
+    except BadMessage:
+        _say(axes, "damaged in the log")
+        return
     (left, low), (right, high) = maps.workspace.low, maps.workspace.high
     axes.imshow(maps.color, extent=(left, right, low, high), interpolation="nearest")
     if step is None or step.start is None:
@@ -117,6 +127,11 @@ def _draw_map(axes: Axes, message: gi.Heightmaps | None, step: LoggedStep | None
     for start, end in strokes(decision.kind, decision.position.x, decision.position.y, decision.yaw, PUSH_LENGTH):
         for color, width in (("black", 4.0), (ink, 2.0)):
             axes.annotate("", end, start, arrowprops={"arrowstyle": "->", "color": color, "lw": width})
+
+
+def _say(axes: Axes, text: str) -> None:
+    """Words where a picture should be."""
+    axes.text(0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes)
 
 
 def _caption(run: Run, step: LoggedStep) -> str:

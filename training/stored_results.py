@@ -2,6 +2,7 @@
 
 import fcntl
 import os
+from collections import defaultdict
 from collections.abc import Iterable
 from importlib.metadata import version
 from pathlib import Path
@@ -126,6 +127,23 @@ def check_counted_once(stored: Iterable[StoredResult], what: str) -> None:
     keys = [(item.result.scene, item.result.seed) for item in stored]
     if len(set(keys)) < len(keys):
         raise BadInput(f"the results hold a run of {what} twice; give each file once")
+
+
+def check_one_task(stored: Iterable[StoredResult], whose: str) -> None:
+    """Raises `BadInput` where the results of `whose` hold runs of a scene from before and after it changed.
+
+    Results that do not know what they are of count as the same where the motions allowed are.
+    """
+    of_scene: dict[str, list[StoredResult]] = defaultdict(list)
+    for item in stored:
+        of_scene[item.result.scene].append(item)
+    for scene, runs in of_scene.items():
+        allowances = {item.result.max_motions for item in runs}
+        tasks = {item.task_sha256 for item in runs} - {None}
+        if len(allowances) > 1 or len(tasks) > 1:
+            raise BadInput(
+                f"{whose} hold runs of {scene!r} from before and after it changed, which are not the same task"
+            )
 
 
 def _results_of(path: Path, measured: Measured) -> dict[Key, StoredResult]:

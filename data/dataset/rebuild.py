@@ -28,13 +28,14 @@ from grasping_invisible.data.dataset.manifest import (
 from grasping_invisible.data.dataset.placement import SHARDS
 from grasping_invisible.data.dataset.schema import WRITER
 from grasping_invisible.data.dataset.shard import ShardPlan, write_shard
-from grasping_invisible.data.dataset.sources import Key, RunAll, Sources, read_again, read_logs, working
+from grasping_invisible.data.dataset.sources import Key, Sources, read_again, read_logs, working
 from grasping_invisible.data.errors import BadRequest
 from grasping_invisible.data.file_hash import file_sha256
 from grasping_invisible.data.labels import RULES
 from grasping_invisible.data.log_files import logs_at
 from grasping_invisible.data.progress import bar
 from grasping_invisible.data.shown_name import shown
+from grasping_invisible.data.worker import RunAll
 
 WORK = ".rebuild"  # inside the dataset: rows and shards on their way, and what is known of files
 NEW_SHARDS = "shards"

@@ -1,11 +1,9 @@
 """The logs of a rebuild: which are known, what the others hold, and which copy of a run counts."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
 
 import msgspec
 from rich.console import Console
@@ -18,10 +16,9 @@ from grasping_invisible.data.errors import DataError
 from grasping_invisible.data.log_storage import parts_of
 from grasping_invisible.data.progress import bar
 from grasping_invisible.data.shown_name import shown
-from grasping_invisible.data.worker import prepare_worker
+from grasping_invisible.data.worker import RunAll, worker_pool
 
 Key = tuple[str, str]  # what the rows of a log depend on: its hash and that of its corrections
-RunAll = Callable[[Callable[[Any], Any], Iterable[Any]], Iterator[Any]]
 
 
 class Read(msgspec.Struct, frozen=True):
@@ -114,13 +111,12 @@ def read_again(keys: Sequence[Key], sources: Sources, waiting: Path, run_all: Ru
 
 @contextmanager
 def working(workers: int) -> Iterator[RunAll]:
-    """A map over arguments in any order, in `workers` processes; in this one where that is all."""
+    """A map as of `worker_pool`, but in this process where one is all."""
     if workers == 1:
         yield map
         return
-    # Spawned: a fork would share the threads of the libraries. Leaving the pool ends its processes.
-    with get_context("spawn").Pool(workers, initializer=prepare_worker) as pool:
-        yield pool.imap_unordered
+    with worker_pool(workers) as run_all:
+        yield run_all
 
 
 def _read(job: tuple[Path, str | None], known: dict[Key, LogEntry], waiting: Path) -> Read:

@@ -14,7 +14,7 @@ from grasping_invisible.data.steps import LoggedStep
 from grasping_invisible.runtime.config import Config, to_toml
 from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.training.evaluation import TrialResult
-from grasping_invisible.training.failed_runs import Run
+from grasping_invisible.training.failed_runs import Run, method_of
 from grasping_invisible.training.stored_results import Measured, ResultsFile
 
 ResultOf = Callable[..., TrialResult]
@@ -32,12 +32,19 @@ def result_of() -> ResultOf:
 def results_file(tmp_path: Path) -> Callable[..., Path]:
     """Writes a file of results of one method."""
 
-    def write(suite: str, method: str, results: list[TrialResult], name: str | None = None, bundle: str = "b") -> Path:
+    def write(
+        suite: str,
+        method: str,
+        results: list[TrialResult],
+        name: str | None = None,
+        bundle: str = "b",
+        task_sha256: str | None = None,
+    ) -> Path:
         path = tmp_path / "results" / f"{suite}-{name or method}-{bundle}.jsonl"
         path.unlink(missing_ok=True)
         with ResultsFile(path, Measured(suite, method, name or method, bundle * 64)) as file:
             for result in results:
-                file.add(result)
+                file.add(result, task_sha256)
         return path
 
     return write
@@ -121,7 +128,7 @@ class StepMaker:
     def run(self, *made: LoggedStep, ended: str | None = "budget") -> Run:
         """A run of such steps."""
         summary = None if ended is None else gi.RunSummary(run_id="r", ended_because=ended, motions=len(made))
-        return Run(self.path, self.start, made, summary)
+        return Run(self.path, self.start, method_of(self.start), made, summary)
 
 
 @pytest.fixture

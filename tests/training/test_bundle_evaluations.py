@@ -2,6 +2,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from grasping_invisible.runtime.bundle import load_bundle, shipped_models
 from grasping_invisible.runtime.errors import BadInput
@@ -42,6 +43,15 @@ def test_what_was_measured_stands_in_the_manifest_of_the_same_bundle(bundle: Pat
     assert noted.success_interval[0] < 0.5 < noted.success_interval[1]
     assert noted.source_commits == ("abc",)
     assert load_bundle(bundle).sha256 == before.sha256
+
+
+def test_runs_from_before_and_after_a_scene_changed_are_not_summed_up(bundle: Path, stored):
+    runs = stored("coordination", [True, False])
+    changed = [replace(run, task_sha256=task * 64) for run, task in zip(runs, "ab", strict=True)]
+    with pytest.raises(
+        BadInput, match="the results of ours on coordination hold runs of 'coordination-00' from before"
+    ):
+        note_evaluations(bundle, changed)
 
 
 def test_new_results_take_the_place_of_those_before(bundle: Path, stored):

@@ -4,10 +4,12 @@ import json
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from grasping_invisible.data.log_reader import read_messages
+from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.recorder import Recorder, RecordingSettings
-from grasping_invisible.data.topics import BY_KEY
+from grasping_invisible.data.topics import BY_KEY, RUN_SUMMARY
 from grasping_invisible.runtime.bundle import shipped_models
 from grasping_invisible.sim_robot.scene import Scene, SceneObject, save_scene
 from grasping_invisible.training.eval_cli import main
@@ -93,6 +95,31 @@ def test_copies_of_a_log_are_one_run_and_its_damage_is_said(scene: Path, tmp_pat
     assert "damaged: " in capsys.readouterr().err
 
 
+def test_one_damaged_log_does_not_end_the_report(record, practice, tmp_path: Path, capsys):
+    def log(name: str, config: str = "", picture: bytes | None = None) -> None:
+        messages = [*practice(name, 1), (RUN_SUMMARY, gi.RunSummary(run_id=name, ended_because="budget"))]
+        for _, message in messages:
+            if isinstance(message, gi.RunStart):
+                message.config_toml = config
+            if isinstance(message, gi.Heightmaps) and picture is not None:
+                message.labels_png = picture
+            if isinstance(message, gi.Decision):
+                message.policy = "explorer"
+        record(tmp_path / "logs" / f"{name}.mcap", messages)
+
+    (tmp_path / "logs").mkdir()
+    log("a-later-version", config="[policy]\nexploration = 'by-ear'\n")
+    log("b-picture", picture=b"damaged")
+    log("c-whole")
+    assert main(["failures", str(tmp_path / "logs"), "--out", str(tmp_path / "why")]) == 0
+    said = capsys.readouterr()
+    assert "1 of 1 runs failed." in said.out
+    complaints = "".join(said.err.split())
+    assert complaints.count("damaged:") == 2
+    assert "a-later-version.mcap:theconfigurationofruna-later-version:exploration'by-ear'isunknown" in complaints
+    assert f"damaged:{tmp_path / 'logs' / 'b-picture.mcap'}:" in complaints
+
+
 def test_two_bundles_are_compared_on_the_same_runs(scene: Path, tmp_path: Path, capsys):
     models = ["--models", str(shipped_models()), "--models", str(shipped_models())]
     kept = ["--results", str(tmp_path / "kept"), "--workers", "1", "--json"]
@@ -101,6 +128,22 @@ def test_two_bundles_are_compared_on_the_same_runs(scene: Path, tmp_path: Path, 
     assert compared["overall"]["first"] == compared["overall"]["second"]
     (file,) = (tmp_path / "kept").iterdir()  # the same bundle twice
     assert file.name.startswith("a_cube-ours-")
+
+
+def test_files_of_different_tasks_are_not_compared(results_file, result_of, capsys):
+    runs = [result_of("a", seed, True, 2) for seed in range(3)]
+    files = [
+        results_file("mine", method, runs, task_sha256=task)
+        for method, task in (("ours", "a" * 64), ("rand", "b" * 64), ("vpg", None))
+    ]
+    ours, rand, vpg = map(str, files)
+    assert main(["compare", ours, vpg]) == main(["compare", vpg, rand]) == 0
+    assert main(["compare", ours, rand]) == 2
+    said = "gi-eval: the two files hold runs of 'a' from before and after it changed, which are not the same task"
+    assert capsys.readouterr().err.splitlines() == [said]
+    longer = results_file("mine", "mask-vpg", [replace(run, max_motions=6) for run in runs])
+    assert main(["compare", vpg, str(longer)]) == 2
+    assert capsys.readouterr().err.splitlines() == [said]
 
 
 def test_tables_of_stored_results(results_file, result_of, tmp_path: Path, capsys):
@@ -116,6 +159,8 @@ def test_tables_of_stored_results(results_file, result_of, tmp_path: Path, capsy
         (["run", "--suite", "coordination", "--method", "magic"], "clutter-prior"),
         (["run", "--suite", "nothing"], "exploration, coordination, invisible"),
         (["run", "--suite", "coordination", "--runs", "0"], "--runs must be at least 1"),
+        (["run", "--suite", "coordination", "--runs", "1001"], "--runs must be at most 1000, not 1001"),
+        (["protocol", "--runs", "1001", "--out", "out"], "--runs must be at most 1000, not 1001"),
         (["run", "--suite", "coordination", "--workers", "0"], "--workers must be at least 1"),
         (["run", "--suite", "coordination", "--models", "nowhere"], "no model bundle"),
         (["compare", "one.jsonl"], "two files of results, or --models twice"),

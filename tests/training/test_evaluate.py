@@ -1,3 +1,4 @@
+import errno
 from collections.abc import Callable
 from pathlib import Path
 
@@ -7,7 +8,7 @@ from rich.console import Console
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.sim_robot.scene import Scene, SceneObject, save_scene
 from grasping_invisible.training.evaluate import Evaluation, evaluate
-from grasping_invisible.training.stored_results import read_results
+from grasping_invisible.training.stored_results import ResultsFile, read_results
 
 Measure = Callable[..., None]
 
@@ -67,6 +68,24 @@ def test_scenes_whose_logs_would_have_one_name_are_refused(scene, measure: Measu
     scene(tmp_path / "s" / "two.toml", "a/b")
     with pytest.raises(BadInput, match=r"both make log .*a-b-0\.mcap; rename one"):
         measure(tmp_path / "s")
+
+
+@pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "No space left on device"), KeyboardInterrupt()])
+def test_a_run_whose_result_could_not_be_kept_is_made_again(
+    error: BaseException, scene, measure: Measure, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    def fail(*_: object) -> None:
+        raise error
+
+    suite, results = scene(tmp_path / "one.toml"), tmp_path / "results.jsonl"
+    with monkeypatch.context() as patch:
+        patch.setattr(ResultsFile, "add", fail)
+        with pytest.raises(type(error)):
+            measure(suite, results=results)
+    assert {Path(log).name for log in logs_below(tmp_path)} == {"lone-0.partial"}
+    measure(suite, results=results)
+    assert {Path(log).name for log in logs_below(tmp_path)} == {"lone-0.mcap"}
+    assert len(read_results(results)) == 1
 
 
 def test_an_interrupted_evaluation_goes_on_beside_its_logs(scene, measure: Measure, tmp_path: Path):

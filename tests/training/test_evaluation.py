@@ -27,6 +27,12 @@ def test_suites_are_the_papers():
     assert {trial.seed for trial in exploration} == {1000, 1001}
 
 
+def test_evaluations_of_two_seeds_share_no_run():
+    assert len({trial.seed for seed in (0, 1) for trial in trials_of("invisible", 1000, seed)}) == 2000
+    with pytest.raises(BadInput, match=r"--runs must be at most 1000, not 1001: the next --seed begins there"):
+        trials_of("invisible", 1001, 0)
+
+
 def test_an_unknown_suite_is_answered_with_the_known_ones():
     with pytest.raises(BadInput, match="exploration, coordination, invisible"):
         trials_of("nothing", 1, 0)

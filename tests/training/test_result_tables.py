@@ -76,6 +76,14 @@ def test_a_row_is_of_one_bundle_and_counts_no_run_twice(stored, results_file, re
         result_tables([*ours, *other])
 
 
+def test_a_row_is_of_one_task(results_file, result_of):
+    before = read_results(results_file("coordination", "ours", [result_of("a", 0, True, 2)], task_sha256="a" * 64))
+    after = read_results(results_file("coordination", "ours", [result_of("a", 1, True, 2)], task_sha256="b" * 64))
+    said = "the results of ours on coordination hold runs of 'a' from before and after it changed"
+    with pytest.raises(BadInput, match=said):
+        result_tables([*before, *after])
+
+
 def test_results_of_another_suite_make_no_table(results_file, result_of):
     with pytest.raises(BadInput, match="coordination, exploration, invisible"):
         result_tables(read_results(results_file("mine", "ours", [result_of("a", 0, True, 2)])))

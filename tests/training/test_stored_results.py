@@ -4,8 +4,8 @@ from pathlib import Path
 import pytest
 
 from grasping_invisible.runtime.errors import BadInput
-from grasping_invisible.training.evaluation import Trial, trials_of
-from grasping_invisible.training.stored_results import Measured, ResultsFile, read_results
+from grasping_invisible.training.evaluation import Trial, TrialResult, trials_of
+from grasping_invisible.training.stored_results import Measured, ResultsFile, StoredResult, check_one_task, read_results
 
 OURS = Measured("coordination", "ours", "ours", "b" * 64)
 
@@ -134,6 +134,20 @@ def test_results_from_before_scenes_were_told_apart_count_unless_their_allowance
         assert len(file.of([trial])) == 1
         with pytest.raises(BadInput, match=CHANGED):
             file.of([replace(trial, max_motions=6)])
+
+
+def stored(scene: str, max_motions: int, task_sha256: str | None) -> StoredResult:
+    result = TrialResult(scene, 0, True, True, True, True, 1, max_motions, ())
+    return StoredResult(measured=OURS, source_commit="abc", project_version="1", task_sha256=task_sha256, result=result)
+
+
+def test_results_of_one_task_are_told_from_those_of_two():
+    same = [stored("a", 5, "a" * 64), stored("a", 5, None), stored("b", 6, "b" * 64)]
+    check_one_task([], "ours")
+    check_one_task(same, "ours")
+    for other in (stored("a", 5, "c" * 64), stored("a", 6, None), stored("a", 6, "a" * 64)):
+        with pytest.raises(BadInput, match="ours hold runs of 'a' from before and after it changed"):
+            check_one_task([*same, other], "ours")
 
 
 @pytest.mark.parametrize("path", PUBLISHED, ids=lambda path: path.stem)

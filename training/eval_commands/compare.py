@@ -14,7 +14,7 @@ from grasping_invisible.training.eval_commands.options import add_workers, numbe
 from grasping_invisible.training.evaluate import Evaluation, evaluate
 from grasping_invisible.training.evaluation import TrialResult
 from grasping_invisible.training.evaluation_methods import OURS
-from grasping_invisible.training.stored_results import Measured, read_results
+from grasping_invisible.training.stored_results import Measured, check_one_task, read_results
 
 
 def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -44,8 +44,6 @@ def run(options: argparse.Namespace) -> None:
         raise BadInput("compare needs two files of results, or --models twice")
     sides = _stored(options.files) if options.files else _measured(options, console)
     (first, ones), (second, others) = sides
-    if first.suite != second.suite:
-        raise BadInput(f"the files hold results of different suites: {first.suite} and {second.suite}")
     comparison = compare(first.suite, (str(first), str(second)), ones, others)
     console.print(_table(comparison))
     if options.json:
@@ -53,13 +51,18 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _stored(files: list[Path]) -> list[tuple[Measured, list[TrialResult]]]:
-    sides = []
+    sides, both = [], []
     for file in files:
         stored = read_results(file)
+        both += stored
         measured = {item.measured for item in stored}
         if len(measured) != 1:
             raise BadInput(f"{file} holds results of {len(measured)} evaluations, not of one")
         sides.append((measured.pop(), [item.result for item in stored]))
+    (first, _), (second, _) = sides
+    if first.suite != second.suite:
+        raise BadInput(f"the files hold results of different suites: {first.suite} and {second.suite}")
+    check_one_task(both, "the two files")
     return sides
 
 

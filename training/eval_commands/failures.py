@@ -6,7 +6,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from grasping_invisible.data.errors import BadLog
+from grasping_invisible.data.errors import BadLog, BadMessage
 from grasping_invisible.data.log_files import logs_at
 from grasping_invisible.data.progress import bar
 from grasping_invisible.runtime.errors import BadInput
@@ -51,7 +51,7 @@ def write_failures(logs: list[Path], out: Path, console: Console) -> None:
 def _read(files: list[Path], complaints: list[str], console: Console) -> list[tuple[Run, Failure | None]]:
     """Each run once, however many copies of it there are, with its failure; of one that did not fail, nothing else.
 
-    `complaints` takes a line for each log that cannot be read or is damaged.
+    `complaints` takes a line for each log that cannot be read or is damaged, whose runs ahead of the damage count.
     """
     found: dict[tuple[str, int], tuple[tuple[bool, bool, int], Run, Failure | None]] = {}
     with bar("reading logs", len(files), console) as advance:
@@ -65,6 +65,8 @@ def _read(files: list[Path], complaints: list[str], console: Console) -> list[tu
                         found[run.key] = run.wholeness, kept, failure
             except BadLog as error:
                 complaints.append(f"left out: {error}")
+            except (BadMessage, BadInput) as error:
+                damage.insert(0, str(error))
             if damage:
                 complaints.append(f"damaged: {file}: {damage[0]}")
             advance()
