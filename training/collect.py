@@ -40,7 +40,7 @@ TARGETS = 3  # candidates in a scene, at most
 
 @dataclass(frozen=True)
 class Collection:
-    """What to collect. `scenes`: how many, numbered from `seed` x 1,000,000 on.
+    """What to collect. `scenes`: how many, numbered from `seed` x 1,000,000 on: below are those that people generate.
 
     `models`: folder of a bundle for the greedy part; None acts at random. `epsilon`: share of random actions.
     `on_policy`: the bundle's classifier chooses between push and grasp. `motions`: spent on one target at most.
@@ -50,7 +50,7 @@ class Collection:
     out: Path
     scenes: int
     stage: int = 1
-    seed: int = 0
+    seed: int = 1
     models: Path | None = None
     epsilon: float = 1.0
     on_policy: bool = False

@@ -58,8 +58,8 @@ def _collection(options: argparse.Namespace) -> Collection:
     )
     if collection.scenes < 1 or collection.motions < 1 or options.workers < 1:
         raise BadInput("--scenes, --motions and --workers must be at least 1")
-    if collection.seed < 0:
-        raise BadInput(f"--seed must be at least 0, not {collection.seed}")
+    if collection.seed < 1:
+        raise BadInput(f"--seed must be at least 1, not {collection.seed}: those are the scenes of gi-scenes generate")
     if not 0.0 <= collection.epsilon <= 1.0:
         raise BadInput(f"--epsilon must lie within 0 and 1, not {collection.epsilon}")
     if collection.models is None and (collection.epsilon < 1.0 or collection.on_policy):
@@ -74,7 +74,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of logs, one for each scene")
     parser.add_argument("--scenes", type=int, default=100, help="how many")
     parser.add_argument("--stage", type=int, choices=sorted(STAGES), help="1: few blocks (default); 2: dense clutter")
-    parser.add_argument("--seed", type=int, default=0, help="of the scenes; other seeds give other scenes")
+    parser.add_argument("--seed", type=int, default=1, help="of the scenes; other seeds give other scenes")
     parser.add_argument("--models", type=Path, metavar="DIR", help="bundle to act by; at random without")
     parser.add_argument("--epsilon", type=float, help="share of random actions (default: 1)")
     parser.add_argument("--on-policy", action="store_true", help="let the bundle's classifier choose push or grasp")

@@ -45,7 +45,7 @@ def test_acting_greedily_needs_models(tmp_path: Path, capsys):
     assert main(["--out", str(tmp_path), "--epsilon", "0.5"]) == 2
     assert "--models" in capsys.readouterr().err
     assert main(["--out", str(tmp_path), "--scenes", "0"]) == 2
-    assert main(["--out", str(tmp_path), "--seed", "-1"]) == 2
+    assert main(["--out", str(tmp_path), "--seed", "0"]) == 2
 
 
 @pytest.mark.parametrize("more", [["--stage", "1"], ["--motions", "8"], ["--epsilon", "1"], ["--on-policy"]])
@@ -63,10 +63,10 @@ def collected(folder: Path, *, scenes: int = 1, **settings) -> list[str]:
 
 
 def test_a_folder_takes_more_scenes_and_other_seeds_and_no_other_settings(tmp_path: Path):
-    assert collected(tmp_path) == ["scene-000000000.mcap"]
+    assert collected(tmp_path) == ["scene-001000000.mcap"]
     settings = (tmp_path / "collection.json").read_bytes()
-    assert collected(tmp_path, scenes=2) == ["scene-000000001.mcap"]
-    assert collected(tmp_path, seed=1) == ["scene-001000000.mcap"]
+    assert collected(tmp_path, scenes=2) == ["scene-001000001.mcap"]
+    assert collected(tmp_path, seed=2) == ["scene-002000000.mcap"]
     there = {path.name for path in tmp_path.iterdir()}
     bundle = load_bundle().sha256[:12]
     for other, difference in (
@@ -86,7 +86,8 @@ def test_a_folder_takes_more_scenes_and_other_seeds_and_no_other_settings(tmp_pa
 
 
 def test_logs_from_before_settings_were_noted_get_them(tmp_path: Path):
-    log = Collection(tmp_path, 1).log_path(0)
+    collection = Collection(tmp_path, 1)
+    log = collection.log_path(collection.numbers[0])
     log.write_bytes(b"a log")
     assert collected(tmp_path, stage=2) == []
     assert json.loads((tmp_path / "collection.json").read_text())["stage"] == 2
