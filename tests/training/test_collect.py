@@ -104,7 +104,7 @@ def test_a_file_of_that_name_by_another_is_left_alone(content: str, tmp_path: Pa
 
 
 def test_whoever_reads_logs_passes_over_the_settings(record, practice, tmp_path: Path, capsys):
-    record(tmp_path / "scene-000000000.mcap", practice("scene-0/red", 0))
+    record(tmp_path / "scene-001000000.mcap", practice("scene-0/red", 0))
     assert collected(tmp_path) == []
     assert (tmp_path / "collection.json").is_file()
     assert gi_log(["ls", str(tmp_path)]) == gi_log(["relabel", str(tmp_path)]) == 0
