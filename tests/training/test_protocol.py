@@ -17,7 +17,7 @@ def test_the_full_protocol_is_the_papers(tmp_path: Path):
         ("invisible", 20),
     }
     assert Counter(item.suite for item in planned) == {"exploration": 6, "coordination": 7, "invisible": 4}
-    by_models = {item.models: set[tuple[str, str]]() for item in planned}
+    by_models = {item.models: set[tuple[str, str | None]]() for item in planned}
     for item in planned:
         by_models[item.models].add((item.method, item.name))
     assert by_models[agnostic] == {("vpg", "vpg"), ("mask-vpg", "mask-vpg")}
