@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -51,7 +52,7 @@ class Session:
         self.memory = memory or {}
         self.design = design or {}
         self.step = 0
-        self._known_of: dict[str, str | int | float] | None = None  # what a finished checkpoint says it was trained on
+        self._finished: Checkpoint | None = None  # as it was before
         self.schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, learning_rate, total_steps=steps, pct_start=0.15)
         if path.is_file():
             self._resume(load_checkpoint(path, kind))
@@ -107,13 +108,20 @@ class Session:
             curves.close()
 
     def finish(self, scores: dict[str, float], origin: Mapping[str, str | int | float]) -> Checkpoint:
-        """Write the finished network with its scores. `origin`: what its data are."""
+        """Write the finished network with its scores; one that was finished before stays what it was trained on.
+
+        `origin`: what its data are.
+        """
+        if self._finished is not None:
+            checkpoint = replace(self._finished, scores=scores)
+            if scores != self._finished.scores:
+                save_checkpoint(self.path, checkpoint)
+            return checkpoint
         numbers = {"steps": self.steps, **self.numbers}
-        trained_on = {**origin, **numbers, "source_commit": source_commit(), **self.design}
         checkpoint = Checkpoint(
             kind=self.kind,
             weights=self.net.state_dict(),
-            trained_on=trained_on if self._known_of is None else self._known_of,
+            trained_on={**origin, **numbers, "source_commit": source_commit(), **self.design},
             scores=scores,
             resume={"steps": self.steps, "data": self.data, "numbers": self.numbers},
             design=self.design,
@@ -157,7 +165,7 @@ class Session:
             raise BadInput(f"{self.path} is of another design ({theirs}, not {ours}); give --out another folder")
         load_weights(self.net, checkpoint, self.path)
         if checkpoint.finished:
-            self.step, self._known_of = self.steps, checkpoint.trained_on
+            self.step, self._finished = self.steps, checkpoint
             return
         self.step = checkpoint.resume["step"]
         self.optimizer.load_state_dict(checkpoint.resume["optimizer"])

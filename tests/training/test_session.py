@@ -1,6 +1,7 @@
 import math
 import signal
 import struct
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,14 @@ from grasping_invisible.training.checkpoint import Checkpoint, load_checkpoint, 
 from grasping_invisible.training.session import Session
 
 STEPS = 40
+
+
+@pytest.fixture(autouse=True)
+def _ctrl_c() -> Iterator[None]:
+    """Ctrl-C raises `KeyboardInterrupt`, whatever commands were run before."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 def read_curves(folder: Path) -> dict[str, list[tuple[int, float]]]:
