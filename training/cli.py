@@ -12,8 +12,8 @@ from rich.table import Table
 from grasping_invisible.data.command import run_command
 from grasping_invisible.runtime.errors import EXPECTED, BadInput
 from grasping_invisible.runtime.rotation import CRITIC_INPUTS
-from grasping_invisible.training.checkpoint import SHIPPED, Checkpoint, checkpoint_folder, finished_checkpoint
-from grasping_invisible.training.critic_design import NETWORKS, CriticDesign, design_of
+from grasping_invisible.training.checkpoint import SHIPPED, Checkpoint, checkpoint_folder
+from grasping_invisible.training.critic_design import NETWORKS, CriticDesign
 from grasping_invisible.training.experience import read_experience
 from grasping_invisible.training.train_classifier import ClassifierTraining, train_classifier
 from grasping_invisible.training.train_critic import REWARDS, CriticTraining, train_critic
@@ -78,7 +78,7 @@ def _add_critic(parser: argparse.ArgumentParser) -> None:
         "--rewards", choices=REWARDS, help="what motions are worth (default: as in --begin, otherwise success)"
     )
     as_begun = "(default: as in --begin, otherwise {})"
-    network, inputs = as_begun.format(defaults.design.network), as_begun.format(defaults.design.inputs)
+    network, inputs = as_begun.format(CriticDesign().network), as_begun.format(CriticDesign().inputs)
     parser.add_argument("--network", choices=NETWORKS, help=f"densenet: the paper's {network}")
     parser.add_argument("--inputs", choices=CRITIC_INPUTS, help=f"what it sees {inputs}")
     parser.add_argument("--agnostic", action="store_true", help="learn of any object, as VPG does, and not of a target")
@@ -96,14 +96,13 @@ def _add_critic(parser: argparse.ArgumentParser) -> None:
 
 
 def _critic(options: argparse.Namespace, console: Console) -> Checkpoint:
-    begin = options.begin and options.begin / "critic.pt"
-    begun = CriticDesign() if begin is None else design_of(finished_checkpoint(begin, "critic"))
     settings = CriticTraining(
         checkpoint=options.out / "critic.pt",
         rewards=options.rewards,
-        design=CriticDesign(options.network or begun.network, options.inputs or begun.inputs),
+        network=options.network,
+        inputs=options.inputs,
         imagenet=options.imagenet,
-        begin=begin,
+        begin=options.begin and options.begin / "critic.pt",
         steps=_positive(options, "steps"),
         rounds=_positive(options, "rounds"),
         batch=_positive(options, "batch"),

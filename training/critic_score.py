@@ -72,5 +72,8 @@ def predicted(net: CriticNet, transitions: Sequence[Transition]) -> NDArray[np.f
 
 def auc(values: NDArray[np.float32], positive: NDArray[np.bool_]) -> float:
     """The chance that a positive example has a greater value than a negative one; NaN without one of each."""
-    greater = values[positive][:, None] - values[~positive][None, :]
-    return float(((greater > 0) + 0.5 * (greater == 0)).mean()) if greater.size else float("nan")
+    negative = np.sort(values[~positive])
+    if not positive.any() or not len(negative):
+        return float("nan")
+    smaller, no_greater = (np.searchsorted(negative, values[positive], side) for side in ("left", "right"))
+    return float((smaller + no_greater).mean() / 2 / len(negative))

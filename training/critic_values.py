@@ -10,7 +10,7 @@ from grasping_invisible.data.action_grid import ACTION_CELLS, PUSH_LEVELS, ROTAT
 from grasping_invisible.runtime.choice import best_value
 from grasping_invisible.runtime.critic import QMaps
 from grasping_invisible.runtime.heightmap import Heightmaps
-from grasping_invisible.runtime.motion import feasible_pushes, low_grasps, push_heights, pushes_towards
+from grasping_invisible.runtime.motion import feasible_pushes, keeping_inside, low_grasps, push_heights, pushes_towards
 from grasping_invisible.runtime.rotation import (
     ROTATED_CELLS,
     critic_planes,
@@ -58,7 +58,8 @@ def q_maps_near(
 
 def best_values(q: QMaps, maps: Heightmaps, mask: NDArray[np.bool_]) -> tuple[float, float]:
     """q_p and q_g: the greatest values of pushes and grasps that the robot could make; 0 where there is none."""
-    push = best_value(q.push, feasible_pushes(maps, push_heights(maps)) & pushes_towards(mask, maps.workspace))
+    towards = feasible_pushes(maps, push_heights(maps)) & pushes_towards(mask, maps.workspace)
+    push = best_value(q.push, keeping_inside(towards, mask, maps.workspace))
     grasp = best_value(q.grasp, low_grasps(maps, feasible_grasps(mask, maps.workspace.resolution)))
     return push or 0.0, grasp or 0.0
 

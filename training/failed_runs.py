@@ -1,6 +1,6 @@
 """Why runs failed: one cause each, by rules, from their logs and ground truth."""
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -11,7 +11,7 @@ from grasping_invisible.data.log_reader import read_messages
 from grasping_invisible.data.log_storage import parts_of
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.steps import LoggedStep, steps
-from grasping_invisible.data.topics import RUN_SUMMARY
+from grasping_invisible.data.topics import RUN_START, RUN_SUMMARY
 from grasping_invisible.runtime.config import parse_config
 from grasping_invisible.runtime.perception import MIN_TARGET_PIXELS
 from grasping_invisible.runtime.workspace import Workspace
@@ -92,20 +92,20 @@ def read_runs(path: Path, damage: list[str] | None = None) -> Iterator[Run]:
     this version cannot read a run's configuration.
     """
     damage = [] if damage is None else damage
-    summaries = {
-        logged.message.run_id: logged.message
-        for part in parts_of(path)
-        for logged in read_messages(part, (RUN_SUMMARY.key,))
-        if isinstance(logged.message, gi.RunSummary)
-    }
-    of_run: dict[str, list[LoggedStep]] = {}
+    starts: dict[str, gi.RunStart] = {}
+    summaries: dict[str, gi.RunSummary] = {}
+    for part in parts_of(path):
+        for logged in read_messages(part, (RUN_START.key, RUN_SUMMARY.key)):
+            if isinstance(logged.message, gi.RunStart):
+                starts[logged.message.run_id] = logged.message
+            elif isinstance(logged.message, gi.RunSummary):
+                summaries[logged.message.run_id] = logged.message
+    of_run: dict[str, list[LoggedStep]] = defaultdict(list)
     for step in steps(path, damage=damage):
         if step.start is not None:
-            of_run.setdefault(step.start.run_id, []).append(replace(step, q_maps=None))
-    for run_id, of_this in of_run.items():
-        start = of_this[0].start
-        assert start is not None
-        yield Run(path, start, method_of(start), tuple(of_this), summaries.get(run_id), bool(damage))
+            of_run[step.start.run_id].append(replace(step, q_maps=None))
+    for run_id, start in starts.items():
+        yield Run(path, start, method_of(start), tuple(of_run[run_id]), summaries.get(run_id), bool(damage))
 
 
 def method_of(start: gi.RunStart) -> str:

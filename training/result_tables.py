@@ -47,12 +47,14 @@ class ResultTable:
 def result_tables(results: Sequence[StoredResult]) -> list[ResultTable]:
     """The tables for which there are results.
 
-    Raises `BadInput` where a row would mix bundles or tasks, or count a run twice.
+    Raises `BadInput` where a row would mix bundles or count a run twice, or a table would mix tasks.
     """
     by_row: dict[tuple[str, str], list[StoredResult]] = defaultdict(list)
     for stored in results:
         by_row[stored.measured.suite, _row_name(stored)].append(stored)
     rows = {key: _row(key, stored) for key, stored in by_row.items()}
+    for suite in {suite for suite, _ in by_row}:
+        check_one_task([item for item in results if item.measured.suite == suite], f"the results on {suite}")
     tables = []
     for paper in TABLES:
         of_suite = {name: row for (suite, name), row in rows.items() if suite == paper.suite}
@@ -101,7 +103,6 @@ def _row(key: tuple[str, str], stored: list[StoredResult]) -> Row:
             f"{name} on {suite} was measured with several bundles ({known}); tell them apart with run --name"
         )
     check_counted_once(stored, f"{name} on {suite}")
-    check_one_task(stored, f"the results of {name} on {suite}")
     results = [item.result for item in stored]
     return Row(
         name,

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
@@ -65,12 +65,14 @@ class CriticTraining:
     `rewards`: one of `REWARDS`; None: those that `begin` was taught by, otherwise `SUCCESS`. In the first round next
     states count nothing: the critic learns what motions do before what they lead to. `imagenet`: weights that a
     DenseNet's trunk begins with, see `imagenet_weights`. `begin`: a finished critic's checkpoint to go on from, of the
-    same design; it knows what motions do, so its next states count from the first round on.
+    same design; it knows what motions do, so its next states count from the first round on. `network`, `inputs`: as
+    `CriticDesign` has them; None: as in `begin`, otherwise as there by default.
     """
 
     checkpoint: Path
     rewards: str | None = None
-    design: CriticDesign = field(default_factory=CriticDesign)
+    network: str | None = None
+    inputs: str | None = None
     imagenet: Path | None = None
     begin: Path | None = None
     steps: int = 3000
@@ -254,18 +256,20 @@ def taught_by(rewards: str, transitions: Sequence[Transition]) -> list[Transitio
 
 def _untrained(settings: CriticTraining, begin: Checkpoint | None) -> tuple[CriticNet, dict[str, str]]:
     """The network to train, where it will be trained, and what its checkpoint is to say of its design."""
-    net = settings.design.build()
-    design = msgspec.to_builtins(settings.design)
+    begun = CriticDesign() if begin is None else design_of(begin)
+    wanted = CriticDesign(settings.network or begun.network, settings.inputs or begun.inputs)
+    net = wanted.build()
+    design = msgspec.to_builtins(wanted)
     if settings.imagenet is not None:
         if begin is not None:
             raise BadInput("weights from ImageNet are for a critic that begins with nothing")
         if not isinstance(net, DenseNetCritic):
-            raise BadInput(f"weights from ImageNet are for the network densenet, not for {settings.design.network}")
+            raise BadInput(f"weights from ImageNet are for the network densenet, not for {wanted.network}")
         load_imagenet(net.trunk, settings.imagenet)
         design["imagenet_sha256"] = file_sha256(settings.imagenet)
     if begin is not None and settings.begin is not None:
-        if design_of(begin) != settings.design:
-            raise BadInput(f"{settings.begin} is of another design ({design_of(begin)}, not {settings.design})")
+        if wanted != begun:
+            raise BadInput(f"{settings.begin} is of another design ({begun}, not {wanted})")
         load_weights(net, begin, settings.begin)
         design["begun_with_sha256"] = file_sha256(settings.begin)
     return net.to(training_device()), design

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -109,6 +110,16 @@ def test_a_real_run_that_has_to_fail(tmp_path: Path):
     assert failure is not None
     assert isinstance(failure.cause, Cause | Fault)
     assert failure.cause not in (Cause.ROBOT, Cause.MISJUDGED)
+
+
+def test_a_real_run_without_any_motion_counts(tmp_path: Path):
+    log = tmp_path / "coordination-07-0.mcap"
+    result = run_trial(Trial("coordination-07", "coordination-07", 0, Goal.FIND, 2), None, METHODS["ours"], log)
+    assert (result.success, result.motions) == (True, 0)
+    (run,) = read_runs(log)
+    assert (run.start.scene, run.steps) == ("coordination-07", ())
+    assert failure_of(run) is None
+    assert cause_of(replace(run, summary=None)) is Cause.ROBOT
 
 
 def _slab(folder: Path) -> Path:

@@ -76,10 +76,11 @@ def test_a_row_is_of_one_bundle_and_counts_no_run_twice(stored, results_file, re
         result_tables([*ours, *other])
 
 
-def test_a_row_is_of_one_task(results_file, result_of):
+@pytest.mark.parametrize("other", ["ours", "rand"])
+def test_a_table_is_of_one_task(results_file, result_of, other):
     before = read_results(results_file("coordination", "ours", [result_of("a", 0, True, 2)], task_sha256="a" * 64))
-    after = read_results(results_file("coordination", "ours", [result_of("a", 1, True, 2)], task_sha256="b" * 64))
-    said = "the results of ours on coordination hold runs of 'a' from before and after it changed"
+    after = read_results(results_file("coordination", other, [result_of("a", 1, True, 2)], task_sha256="b" * 64))
+    said = "the results on coordination hold runs of 'a' from before and after it changed"
     with pytest.raises(BadInput, match=said):
         result_tables([*before, *after])
 

@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from hypothesis import given
+from hypothesis import strategies as st
 from rich.console import Console
 
 from grasping_invisible.data.file_hash import file_sha256
@@ -16,7 +18,7 @@ from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.training.checkpoint import SHIPPED, checkpoint_folder, load_checkpoint
 from grasping_invisible.training.classifier_net import ClassifierNet
-from grasping_invisible.training.critic_design import CriticDesign, load_critic
+from grasping_invisible.training.critic_design import load_critic
 from grasping_invisible.training.critic_score import auc
 from grasping_invisible.training.experience import Experience
 from grasping_invisible.training.light_critic import LightCritic
@@ -92,10 +94,12 @@ def test_training_goes_on_by_the_same_rewards(experience: Experience, tmp_path: 
 
 
 def test_training_goes_on_only_with_the_same_design(experience: Experience, tmp_path: Path) -> None:
-    blind = CriticDesign(inputs="depth+mask")
-    begin = checkpoint_folder(SHIPPED) / "critic.pt"
-    with pytest.raises(BadInput, match=r"another design \(light, color\+depth\+mask, not light, depth\+mask\)"):
-        train_critic(CriticTraining(tmp_path / "critic.pt", design=blind, begin=begin), experience, QUIET)
+    first = CriticTraining(tmp_path / "first.pt", inputs="depth+mask", steps=1, rounds=1, batch=2)
+    train_critic(first, experience, QUIET)
+    more = replace(first, checkpoint=tmp_path / "more.pt", begin=first.checkpoint, inputs=None)
+    assert train_critic(more, experience, QUIET).trained_on["inputs"] == "depth+mask"
+    with pytest.raises(BadInput, match=r"another design \(light, depth\+mask, not light, color\+depth\+mask\)"):
+        train_critic(replace(more, inputs="color+depth+mask"), experience, QUIET)
     with pytest.raises(BadInput, match="no critic checkpoint"):
         train_critic(CriticTraining(tmp_path / "critic.pt", begin=tmp_path / "none.pt"), experience, QUIET)
 
@@ -218,6 +222,13 @@ def test_most_of_a_batch_are_pushes(transitions: list[Transition]) -> None:
     np.testing.assert_allclose(weights, 1.0, rtol=1e-6)
 
 
+@given(st.lists(st.tuples(st.sampled_from([0.0, 0.25, 0.5, 0.75, 1.0]), st.booleans()), min_size=1))
+def test_auc_is_the_chance_that_a_positive_one_stands_higher(examples: list[tuple[float, bool]]) -> None:
+    values, positive = np.array([value for value, _ in examples], np.float32), np.array([one for _, one in examples])
+    pairs = [(one > other) + 0.5 * (one == other) for one in values[positive] for other in values[~positive]]
+    assert auc(values, positive) == (pytest.approx(np.mean(pairs)) if pairs else pytest.approx(np.nan, nan_ok=True))
+
+
 def test_auc() -> None:
     values = np.array([0.1, 0.2, 0.3, 0.3], np.float32)
     assert auc(values, np.array([False, False, True, True])) == 1.0
@@ -239,14 +250,13 @@ def test_a_checkpoint_gives_the_network_back(experience: Experience, tmp_path: P
 
 def test_a_critic_without_colour_learns_and_says_so(experience: Experience, tmp_path: Path) -> None:
     path = tmp_path / "critic.pt"
-    blind = CriticDesign(inputs="depth+mask")
-    settings = CriticTraining(path, design=blind, steps=60, rounds=1, batch=12, learning_rate=5e-3)
+    settings = CriticTraining(path, inputs="depth+mask", steps=60, rounds=1, batch=12, learning_rate=5e-3)
     checkpoint = train_critic(settings, experience, QUIET)
     assert checkpoint.scores["grasp_auc"] > 0.9
     assert checkpoint.trained_on["inputs"] == "depth+mask"
     assert load_critic(path).planes == 2
     with pytest.raises(BadInput, match=r"another design \(light, depth\+mask, not light, color\+depth\+mask\)"):
-        train_critic(replace(settings, design=CriticDesign()), experience, QUIET)
+        train_critic(replace(settings, inputs=None), experience, QUIET)
 
 
 def test_weights_from_imagenet_are_for_the_densenet(experience: Experience, tmp_path: Path) -> None:

@@ -40,7 +40,7 @@ def write_failures(logs: list[Path], out: Path, console: Console) -> None:
     for line in complaints:
         console.print(line, highlight=False, markup=False)
     if not runs:
-        raise BadInput("these logs hold no run with a decision")
+        raise BadInput("these logs hold no run")
     text = failure_tables(runs)
     out.mkdir(parents=True, exist_ok=True)
     (out / "failures.md").write_text(text, encoding="utf-8")
