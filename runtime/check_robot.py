@@ -27,6 +27,7 @@ def _parser() -> argparse.ArgumentParser:
     check = verbs.add_parser("check", help="whether a robot keeps the protocol; it does not move unless told to")
     check.add_argument("locator", help="where the robot is, such as tcp/127.0.0.1:7447")
     check.add_argument("--move", action="store_true", help="also send the arm home, and ask for a push out of bounds")
+    check.add_argument("--models", type=Path, metavar="DIR", help="whose segmenter looks (default: the shipped ones)")
     check.add_argument("--config", type=Path, metavar="FILE", help="TOML; the workspace and the link's deadlines")
     return parser
 
@@ -35,11 +36,13 @@ def _check(options: argparse.Namespace) -> int:
     from rich.console import Console
     from rich.table import Table
 
+    from grasping_invisible.runtime.bundle import load_bundle
     from grasping_invisible.runtime.config import Config, load_config
     from grasping_invisible.runtime.robot_checks import check_robot
 
     config = Config() if options.config is None else load_config(options.config)
-    checks = check_robot(options.locator, config.link, config.workspace.workspace(), move=options.move)
+    bundle = load_bundle(options.models, config.models.threads)
+    checks = check_robot(options.locator, config.link, config.workspace.workspace(), bundle, move=options.move)
     table = Table("check", "result", "detail")
     for check in checks:
         result = {True: "[green]passed", False: "[red]failed", None: "[yellow]note"}[check.passed]

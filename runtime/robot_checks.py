@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from google.protobuf.message import DecodeError
+from numpy.typing import NDArray
 
 from grasping_invisible.data.action_grid import PUSH_LENGTH
+from grasping_invisible.data.classes import CLASSES, TARGET_COLORS
 from grasping_invisible.data.clock import to_ns, to_timestamp
 from grasping_invisible.data.enum_value import value_name
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
@@ -26,13 +28,17 @@ from grasping_invisible.runtime.errors import CommandRefused, LinkError, RobotEr
 from grasping_invisible.runtime.frame import RgbdFrame
 from grasping_invisible.runtime.heartbeat import PERIOD
 from grasping_invisible.runtime.link_settings import LinkSettings
+from grasping_invisible.runtime.motion import FINGERTIPS, MIN_TCP_HEIGHT
+from grasping_invisible.runtime.perception import MIN_TARGET_PIXELS, Segmenter, target_patches
 from grasping_invisible.runtime.robot_link import ZenohRobot
 from grasping_invisible.runtime.view import view_of
 from grasping_invisible.runtime.workspace import Workspace
 
 LISTEN_SECONDS = 3.0
 _CLOCK_SECONDS = 1.0  # between the robot's clock and this machine's, before it is worth a word
-_FLOOR = 0.03  # metres from the table, above or below, at which the lower parts of what is seen may be
+# Metres from the table, above or below, at which the lower parts of what is seen may be: lower than that above it the
+# fingertips do not come, and farther below it they would meet it.
+_FLOOR = MIN_TCP_HEIGHT - FINGERTIPS
 _SEEN_SHARE = 0.5  # of the workspace's cells, that a camera in the right place sees
 
 
@@ -60,8 +66,10 @@ class Hearing:
         self.latest[topic.key] = payload
 
 
-def check_robot(locator: str, settings: LinkSettings, workspace: Workspace, *, move: bool) -> list[Check]:
-    """Connect, listen for a while, and try what must be refused.
+def check_robot(
+    locator: str, settings: LinkSettings, workspace: Workspace, segmenter: Segmenter, *, move: bool
+) -> list[Check]:
+    """Connect, listen for a while, say what the segmenter makes of a frame, and try what must be refused.
 
     Unless `move`, nothing is sent that could move even a robot that refuses nothing.
 
@@ -74,7 +82,7 @@ def check_robot(locator: str, settings: LinkSettings, workspace: Workspace, *, m
         hearing.earliest.clear()
         time.sleep(LISTEN_SECONDS)
         checks = [_health_rate(hearing), _clock(robot.health), *_camera_topics(hearing), _stamps(hearing)]
-        checks += _frame(robot, workspace)
+        checks += _frame(robot, workspace, segmenter)
         checks.append(_kind(robot))
         if move:
             checks += [_home(robot), _bounds(robot, workspace)]
@@ -124,7 +132,7 @@ def _stamps(hearing: Hearing) -> Check:
     return Check("stamps", seconds > 0, f"those of the colour images go on by {seconds:.2f} s in {LISTEN_SECONDS:g} s")
 
 
-def _frame(robot: ZenohRobot, workspace: Workspace) -> list[Check]:
+def _frame(robot: ZenohRobot, workspace: Workspace, segmenter: Segmenter) -> list[Check]:
     try:
         frame = robot.observe()
     except LinkError as error:
@@ -133,7 +141,8 @@ def _frame(robot: ZenohRobot, workspace: Workspace) -> list[Check]:
         return [Check("frame", False, str(error))]
     camera = frame.camera
     size = f"{camera.width} x {camera.height}, focal length {camera.intrinsics[0, 0]:.0f} px"
-    return [Check("frame", True, f"colour and depth in pairs, {size}"), _view(frame, workspace)]
+    paired = Check("frame", True, f"colour and depth in pairs, {size}")
+    return [paired, _view(frame, workspace), _colors(segmenter.segment(frame.color))]
 
 
 def _view(frame: RgbdFrame, workspace: Workspace) -> Check:
@@ -141,7 +150,19 @@ def _view(frame: RgbdFrame, workspace: Workspace) -> Check:
     view = view_of(frame, workspace)
     ok = view.share >= _SEEN_SHARE and abs(view.floor) < _FLOOR
     where = f"{abs(view.floor) * 1000:.0f} mm {'above' if view.floor >= 0 else 'below'} the table"
-    return Check("calibration", ok, f"{view.share:.0%} of the workspace is seen, its lower parts {where}")
+    wanted = f"{_SEEN_SHARE:.0%} and {_FLOOR * 1000:.0f} mm wanted"
+    return Check("calibration", ok, f"{view.share:.0%} of the workspace is seen, its lower parts {where} ({wanted})")
+
+
+def _colors(labels: NDArray[np.uint8]) -> Check:
+    """A remark, as only a person knows what lies there; one camera's red is blue where a driver swaps channels."""
+    pixels = {
+        name: int(np.count_nonzero(target_patches(labels == index)))
+        for index, name in enumerate(CLASSES)
+        if name in TARGET_COLORS
+    }
+    seen = [f"{name} ({count} px)" for name, count in pixels.items() if count >= MIN_TARGET_PIXELS]
+    return Check("colours", None, f"the segmenter sees {', '.join(seen) or 'no target'}; is that what lies there?")
 
 
 def _kind(robot: ZenohRobot) -> Check:

@@ -75,6 +75,7 @@ def _start_simulator(request: RunRequest, stack: ExitStack) -> SimProcess | None
 def _task(request: RunRequest, announced: SimAnnouncement | None) -> _Task:
     if announced is not None:
         _check_center(request.config.workspace.center, announced.workspace_center)
+        _check_target(request.target, announced)
         return _Task(
             announced.endpoint,
             announced.scene,
@@ -93,6 +94,12 @@ def _check_center(wanted: Point, simulated: Point) -> None:
             f"[workspace] center is {list(wanted)} in the config, but the simulator's is {list(simulated)}; "
             "leave it out with --robot sim"
         )
+
+
+def _check_target(wanted: str | None, announced: SimAnnouncement) -> None:
+    """What is simulated is known: nobody need search in vain for what it does not hold."""
+    if wanted is not None and wanted not in announced.colors:
+        raise BadInput(f"scene {announced.scene} holds nothing {wanted}; --target can be {', '.join(announced.colors)}")
 
 
 class _Run:

@@ -24,6 +24,7 @@ class SimAnnouncement(msgspec.Struct, frozen=True):
     endpoint: str
     scene: str
     target: str
+    colors: tuple[str, ...]  # of the targets that there are to choose from
     max_motions: int
     workspace_center: tuple[float, float, float]  # base frame, metres
 

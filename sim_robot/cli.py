@@ -63,7 +63,12 @@ def _run(options: argparse.Namespace) -> int:
         stack.callback(node.close)
         stack.callback(finish_within, _END_SECONDS, EXIT_INTERRUPTED)
         announcement = SimAnnouncement(
-            node.endpoint, scene.name, scene.target, scene.motions_to_grasp, node.workspace.center
+            endpoint=node.endpoint,
+            scene=scene.name,
+            target=scene.target,
+            colors=scene.target_colors,
+            max_motions=scene.motions_to_grasp,
+            workspace_center=node.workspace.center,
         )
         print(announce(announcement), file=announcements, flush=True)
         node.run()

@@ -107,6 +107,12 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
             raise ValueError(f"no object has the target colour {self.target}; the objects are {present}")
 
     @property
+    def target_colors(self) -> tuple[str, ...]:
+        """The colours of its objects that can be a target."""
+        present = {item.color for item in self.objects}
+        return tuple(color for color in TARGET_COLORS if color in present)
+
+    @property
     def motions_to_grasp(self) -> int:
         """Motions allowed until the target is in the gripper.
 

@@ -182,6 +182,7 @@ def test_a_killed_simulator_is_a_robot_failure(tmp_path: Path, running: subproce
     [
         (["--scene", "atlantis"], 2, "unknown scene 'atlantis'; known: coordination-00, "),
         (["--target", "pink"], 2, "unknown target 'pink'; known: red, orange, "),
+        (["--scene", SCENE, "--target", "violet"], 2, f"scene {SCENE} holds nothing violet; --target can be red"),
         (["--robot", "pluto"], 2, "unknown robot 'pluto'; known: sim, or a zenoh locator such as tcp/"),
         (["--robot", "tcp/127.0.0.1:9"], 2, "--target is needed with a robot on the link; known: red"),
         (["--robot", "tcp/127.0.0.1:9", "--target", "red", "--scene", SCENE], 2, "--robot sim only"),

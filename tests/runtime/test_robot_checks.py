@@ -1,6 +1,7 @@
 """`gi-robot check` against the simulator's process, and against a driver with faults."""
 
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -19,6 +20,7 @@ from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.topics import PROTOCOL_VERSION
 from grasping_invisible.data.transform_message import encode_transforms
 from grasping_invisible.runtime import robot_checks
+from grasping_invisible.runtime.bundle import load_bundle
 from grasping_invisible.runtime.frame import Camera, RgbdFrame
 from grasping_invisible.runtime.link_settings import LinkSettings
 from grasping_invisible.runtime.robot_server import RobotServer
@@ -76,7 +78,7 @@ def careless(free_endpoint: str) -> Iterator[tuple[str, CarelessDriver]]:
 @pytest.mark.parametrize("move", [False, True])
 def test_a_careless_driver_fails_where_it_is_careless(careless: tuple[str, CarelessDriver], move: bool) -> None:
     endpoint, driver = careless
-    checks = robot_checks.check_robot(endpoint, LinkSettings(), Workspace(), move=move)
+    checks = robot_checks.check_robot(endpoint, LinkSettings(), Workspace(), load_bundle(), move=move)
     results = {check.name: check.passed for check in checks}
     assert results["heartbeat"] is True
     assert results["frame"] is True
@@ -95,7 +97,7 @@ def test_frames_that_never_change_their_stamp_fail(careless: tuple[str, Careless
     time.sleep(0.5)  # until the last of the new ones has gone out
     results = {
         check.name: check.passed
-        for check in robot_checks.check_robot(endpoint, LinkSettings(), Workspace(), move=False)
+        for check in robot_checks.check_robot(endpoint, LinkSettings(), Workspace(), load_bundle(), move=False)
     }
     assert results["stamps"] is False
 
@@ -114,6 +116,7 @@ def test_the_simulator_passes_and_the_command_says_so() -> None:
         checked = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
         assert checked.returncode == 0, checked.stdout + checked.stderr
         assert "failed" not in checked.stdout
+        assert re.search(r"segmenter\W+sees\W+red \(\d+ px\)", " ".join(checked.stdout.split()))
         assert checked.stdout.count("passed") == 13
         simulator.send_signal(signal.SIGINT)
         assert simulator.wait(5) == 130
