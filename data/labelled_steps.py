@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from grasping_invisible.data.clock import to_ns
 from grasping_invisible.data.corrections import Corrections
 from grasping_invisible.data.errors import BadMessage
 from grasping_invisible.data.heightmap_message import HeightmapArrays, decode_heightmaps
@@ -15,6 +14,7 @@ from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.steps import LABELLED_FROM, LoggedStep, steps
 
 KNOWN = 3  # decoded heightmaps that are kept: motions one after the other, or many tried from one state, share them
+_Known = deque[tuple[gi.Heightmaps, HeightmapArrays]]  # messages as decoded
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ def labelled_steps(log: Path, damage: list[str] | None = None) -> Iterator[Label
     """
     corrections = Corrections(log)
     kinds: dict[tuple[str, int], str] = {}
-    known: deque[HeightmapArrays] = deque(maxlen=KNOWN)
+    known: _Known = deque(maxlen=KNOWN)
     for step in steps(log, LABELLED_FROM, damage):
         before = _decoded(step.heightmaps, known, damage)
         after = _decoded(step.next_heightmaps, known, damage)
@@ -48,18 +48,20 @@ def labelled_steps(log: Path, damage: list[str] | None = None) -> Iterator[Label
     corrections.check_against(kinds)
 
 
-def _decoded(
-    message: gi.Heightmaps | None, known: deque[HeightmapArrays], damage: list[str] | None
-) -> HeightmapArrays | None:
-    """The maps in a message, or those of the same frame that are `known` already; None where they are damaged."""
+def _decoded(message: gi.Heightmaps | None, known: _Known, damage: list[str] | None) -> HeightmapArrays | None:
+    """The maps in a message, decoded anew unless an equal one is `known`; None where they are damaged.
+
+    Maps of one frame can differ: the speckle is removed of what was the target.
+    """
     if message is None:
         return None
-    for maps in known:
-        if maps.stamp_ns == to_ns(message.stamp) and maps.step == message.step:
+    for equal, maps in known:
+        if equal == message:
             return maps
     try:
-        known.append(decode_heightmaps(message))
-        return known[-1]
+        maps = decode_heightmaps(message)
+        known.append((message, maps))
+        return maps
     except BadMessage as error:
         if damage is not None:
             damage.append(f"the heightmaps of step {message.step}: {error}")

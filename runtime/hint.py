@@ -8,11 +8,8 @@ from numpy.typing import NDArray
 from grasping_invisible.runtime.failures import ACTS_AHEAD, REMEMBERED
 from grasping_invisible.runtime.last_seen import cells_around
 from grasping_invisible.runtime.memory import Memory
-from grasping_invisible.runtime.motion import PUSH_NEARNESS, RAISED_TIPS
+from grasping_invisible.runtime.motion import PUSH_NEARNESS, RAISED_TIPS, tips_above, top_of
 from grasping_invisible.runtime.perception import Perception
-
-TIPS_ABOVE = 0.004  # metres between what shows of the target and the fingertips that take away what lies on it
-TOP_PERCENTILE = 90  # of the heights of a seen target's cells: those at its edges may be its neighbours'
 
 
 def hint_to_follow(perception: Perception, memory: Memory) -> NDArray[np.bool_]:
@@ -41,9 +38,7 @@ def raised_tips(perception: Perception, hint: NDArray[np.bool_]) -> float:
     push takes off what lies on it and leaves it where it is, while a low one moves both.
     """
     if perception.target_seen:
-        highest = float(np.percentile(perception.maps.height[perception.mask], TOP_PERCENTILE))
-    elif perception.hint.any() and hint.any():
-        highest = perception.hint_height
-    else:
-        return RAISED_TIPS
-    return min(RAISED_TIPS, highest + TIPS_ABOVE)
+        return tips_above(top_of(perception.maps, perception.mask))
+    if perception.hint.any() and hint.any():
+        return tips_above(perception.hint_height)
+    return RAISED_TIPS

@@ -26,6 +26,8 @@ FINGERS_ACROSS = 0.045  # and across it
 FINGERTIPS = 0.008  # metres by which the fingers reach below the TCP, which lies between their pads
 PUSH_CLEARANCE = 0.003  # metres between the fingertips and what they stand above
 RAISED_TIPS = 0.055  # metres above the table, fingertips of a raised push: over anything that the hand can take whole
+TIPS_ABOVE = 0.004  # metres between a target and the fingertips of a raised push that takes away what lies on it
+TOP_PERCENTILE = 90  # of the heights of a target's cells: those at its edges may be its neighbours'
 PUSH_OVERLAP = 0.008  # metres by which something ahead must stand higher than the fingertips, to be pushed
 # Points of a push's way, metres ahead of its start and beside its middle. At fewer than `POINTS_MET` it would meet
 # something with its very end or a corner of the fingers alone, and move nothing.
@@ -58,6 +60,16 @@ def grasp_height(maps: Heightmaps, row: int, column: int) -> float:
     ]
     top = float(np.percentile(around, GRASP_TOP_PERCENTILE))
     return max(top - GRASP_DEPTH, MIN_TCP_HEIGHT)
+
+
+def tips_above(height: float) -> float:
+    """Height above the table, metres, of the fingertips of a raised push for a target that is so high."""
+    return min(RAISED_TIPS, height + TIPS_ABOVE)
+
+
+def top_of(maps: Heightmaps, mask: NDArray[np.bool_]) -> float:
+    """How far up above the table, metres, the object under a mask (N, N) reaches; the mask must not be empty."""
+    return float(np.percentile(maps.height[mask], TOP_PERCENTILE))
 
 
 def push_heights(maps: Heightmaps, raised_tips: float = RAISED_TIPS) -> NDArray[np.float32]:

@@ -4,7 +4,7 @@ A state is dear (a pile to settle, an image to render) and a motion from it is c
 pushes from one costs little more than a few, and tells the critic which of them tell apart. Some of the motions are
 drawn at random, the others are what the models think best, which is where they must be right. Greedy grasps follow each
 push: what a push is worth is how well the target can be grasped after it. Pushes are tried where they are needed: many
-while the target is hidden or none of its best grasps takes it, hardly any where one does.
+while the target is hidden or none of its grasps takes it, hardly any where one does.
 """
 
 import time
@@ -48,11 +48,11 @@ TARGETS_TRIED = 2  # in a state
 
 
 class Standing(Enum):
-    """How a target stands in a state, by what its best grasps did there."""
+    """How a target stands in a state, by what its grasps did there."""
 
     HIDDEN = "hidden"
-    STUCK = "in view, and none of its best grasps takes it"
-    FREE = "one of its best grasps takes it"
+    STUCK = "in view, and none of its grasps takes it"
+    FREE = "one of its grasps takes it"
 
 
 PUSHES = {Standing.HIDDEN: 24, Standing.STUCK: 24, Standing.FREE: 1}
@@ -182,9 +182,11 @@ class _Session:
         """Try grasps and pushes from the state that the world is in; the states that pushes led to."""
         here = self._robot.save()
         frame = self._spoken.observe()
+        # All at once: the simulator's labels are those of the frame that was observed last.
+        workspace = self._robot.workspace
+        seen = {target: perceive(frame, self._chooser, target, workspace) for target in self._targets(rng)}
         led_to: list[Reached] = []
-        for target in self._targets(rng):
-            perception = perceive(frame, self._chooser, target, self._robot.workspace)
+        for target, perception in seen.items():
             standing = self._try_grasps(perception, frame, target, here, GRASPS // 2, GRASPS - GRASPS // 2)
             led_to += self._try_pushes(perception, frame, target, here, PUSHES[standing])
         self._robot.forget(here)
@@ -217,10 +219,12 @@ class _Session:
             self._attempt(perception, frame, target, tried, failures)
             self._robot.restore(state)
             taken = self._counts.grasped > before
+            standing = Standing.FREE if taken else standing
             if self._chooser.greedy:
                 # As on a robot whose best grasps failed one after the other.
                 failures = 0 if taken else failures + 1
-                standing = Standing.FREE if taken else standing
+            elif taken:
+                tried.pop()  # the best grasps may well be like it
         return standing
 
     def _try_pushes(

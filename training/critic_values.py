@@ -10,7 +10,15 @@ from grasping_invisible.data.action_grid import ACTION_CELLS, PUSH_LEVELS, ROTAT
 from grasping_invisible.runtime.choice import best_value
 from grasping_invisible.runtime.critic import QMaps
 from grasping_invisible.runtime.heightmap import Heightmaps
-from grasping_invisible.runtime.motion import feasible_pushes, keeping_inside, low_grasps, push_heights, pushes_towards
+from grasping_invisible.runtime.motion import (
+    feasible_pushes,
+    keeping_inside,
+    low_grasps,
+    push_heights,
+    pushes_towards,
+    tips_above,
+    top_of,
+)
 from grasping_invisible.runtime.rotation import (
     ROTATED_CELLS,
     critic_planes,
@@ -57,8 +65,12 @@ def q_maps_near(
 
 
 def best_values(q: QMaps, maps: Heightmaps, mask: NDArray[np.bool_]) -> tuple[float, float]:
-    """q_p and q_g: the greatest values of pushes and grasps that the robot could make; 0 where there is none."""
-    towards = feasible_pushes(maps, push_heights(maps)) & pushes_towards(mask, maps.workspace)
+    """q_p and q_g: the greatest values of pushes and grasps that the robot would choose from; 0 where there is none.
+
+    `mask`: (N, N) bool, not all false: where what they are for is.
+    """
+    heights = push_heights(maps, tips_above(top_of(maps, mask)))
+    towards = feasible_pushes(maps, heights) & pushes_towards(mask, maps.workspace)
     push = best_value(q.push, keeping_inside(towards, mask, maps.workspace))
     grasp = best_value(q.grasp, low_grasps(maps, feasible_grasps(mask, maps.workspace.resolution)))
     return push or 0.0, grasp or 0.0

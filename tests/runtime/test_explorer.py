@@ -6,9 +6,8 @@ import pytest
 from grasping_invisible.data.action_grid import RAISED
 from grasping_invisible.runtime.explorer import best_push, explore
 from grasping_invisible.runtime.explorer_maps import FACTORS, exploration_maps
-from grasping_invisible.runtime.hint import TIPS_ABOVE
 from grasping_invisible.runtime.memory import Memory
-from grasping_invisible.runtime.motion import FINGERTIPS, cell_position, pushes_towards
+from grasping_invisible.runtime.motion import FINGERTIPS, TIPS_ABOVE, cell_position, pushes_towards
 from grasping_invisible.runtime.situation import situation_of
 
 SHAPE = (16, 112, 112)

@@ -3,9 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from grasping_invisible.runtime.hint import TIPS_ABOVE, hint_to_follow, raised_tips
+from grasping_invisible.runtime.hint import hint_to_follow, raised_tips
 from grasping_invisible.runtime.memory import Memory
-from grasping_invisible.runtime.motion import RAISED_TIPS
+from grasping_invisible.runtime.motion import RAISED_TIPS, TIPS_ABOVE
 
 
 @pytest.fixture

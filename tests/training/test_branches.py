@@ -1,7 +1,10 @@
+from collections import defaultdict
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from grasping_invisible.data.heightmap_message import HeightmapArrays, decode_heightmaps
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.steps import LoggedStep, steps
 from grasping_invisible.training import branches
@@ -16,12 +19,25 @@ PUSHES = {Standing.HIDDEN: 3, Standing.STUCK: 3, Standing.FREE: 1}
 def branched(tmp_path_factory: pytest.TempPathFactory) -> tuple[SceneCounts, list[LoggedStep]]:
     folder: Path = tmp_path_factory.mktemp("branched")
     with pytest.MonkeyPatch.context() as patch:
-        for name, few in (("STATES", 2), ("MOST_STATES", 3), ("GRASPS", 4), ("GRASPS_AFTER", 1), ("TARGETS_TRIED", 1)):
+        for name, few in (("STATES", 2), ("MOST_STATES", 3), ("GRASPS", 4), ("GRASPS_AFTER", 1), ("TARGETS_TRIED", 2)):
             patch.setattr(branches, name, few)
         patch.setattr(branches, "PUSHES", PUSHES)
         collection = Collection(folder, scenes=1, seed=11, branch=True)
         counts = collect_scene(collection, collection.numbers[0])
     return counts, list(steps(collection.log_path(collection.numbers[0])))
+
+
+def tried_first(logged: list[LoggedStep]) -> list[LoggedStep]:
+    """What was tried for the first target in the first state."""
+    first = logged[0]
+    assert first.start is not None
+    return [
+        step
+        for step in logged
+        if step.decision.frame_stamp == first.decision.frame_stamp
+        and step.start is not None
+        and step.start.target_color == first.start.target_color
+    ]
 
 
 def test_every_motion_tried_is_a_run_of_one_step(branched: tuple[SceneCounts, list[LoggedStep]]):
@@ -42,14 +58,32 @@ def test_a_scene_is_left_after_some_states_and_not_before(branched: tuple[SceneC
 
 def test_motions_from_one_state_start_from_one_frame_and_differ(branched: tuple[SceneCounts, list[LoggedStep]]):
     _, logged = branched
-    first = [step for step in logged if step.decision.frame_stamp == logged[0].decision.frame_stamp]
+    first = tried_first(logged)
     grasps, pushes = ([step for step in first if step.decision.kind == kind] for kind in (gi.GRASP, gi.PUSH))
-    freed = any(step.result and step.result.target_grasped for step in grasps[len(grasps) // 2 :])
+    freed = any(step.result and step.result.target_grasped for step in grasps)
     standing = Standing.HIDDEN if not grasps else Standing.FREE if freed else Standing.STUCK
     assert len(grasps) in (0, 4)
     assert len(pushes) == PUSHES[standing]
     chosen = {(s.decision.kind, s.decision.rotation, s.decision.row, s.decision.column) for s in first}
     assert len(chosen) == len(first)
+
+
+def test_all_that_is_tried_from_a_state_starts_from_what_was_seen_there(
+    branched: tuple[SceneCounts, list[LoggedStep]],
+):
+    """But for the speckle of the target, which is removed, labels are those of the frame whose depth they lie on."""
+    _, logged = branched
+    states: dict[int, dict[str, HeightmapArrays]] = defaultdict(dict)
+    for step in logged:
+        assert step.start is not None
+        assert step.heightmaps is not None
+        frame = step.decision.frame_stamp.ToNanoseconds()
+        states[frame][step.start.target_color] = decode_heightmaps(step.heightmaps)
+    of_two = [list(seen.values()) for seen in states.values() if len(seen) > 1]
+    assert of_two
+    for one, other in of_two:
+        assert np.array_equal(one.height, other.height)
+        assert np.count_nonzero(one.labels != other.labels) < 20
 
 
 def test_a_push_shows_what_it_led_to_and_a_grasp_what_it_held(branched: tuple[SceneCounts, list[LoggedStep]]):
@@ -76,7 +110,7 @@ def test_branching_chooses_its_motions_by_itself(tmp_path: Path, capsys: pytest.
 
 def test_the_best_grasps_know_how_many_failed_before_them(branched: tuple[SceneCounts, list[LoggedStep]]):
     _, logged = branched
-    first = [step for step in logged if step.decision.frame_stamp == logged[0].decision.frame_stamp]
+    first = tried_first(logged)
     random, best = [], []
     for index, step in enumerate(step for step in first if step.decision.kind == gi.GRASP):
         (random if index < 2 else best).append(step)
