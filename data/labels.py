@@ -38,10 +38,10 @@ from grasping_invisible.data.target_border import target_border
 RULES: dict[str, int] = {
     "border": 1,
     "classifier": 1,
-    "hindsight": 1,
+    "hindsight": 2,
     "reveal": 1,
     "reward": 1,
-    "success": 1,
+    "success": 2,
     "usable": 1,
 }
 
@@ -191,7 +191,8 @@ def _grasp_result(
     if not held:
         return GraspResult(False, False, None, HUMAN)
     if correction.target_grasped is None:
-        taken = _taken(decision, target, before, after)
+        # Where nobody looked afterwards, a person who says that something was held says nothing against its colour.
+        taken = by_rule.color if after is None else _taken(decision, target, before, after)
         return GraspResult(True, taken == target, taken, HUMAN)
     return GraspResult(True, False, None if by_rule.color == target else by_rule.color, HUMAN)
 
@@ -223,8 +224,9 @@ def _goals(
     decision: gi.Decision, target: str, before: HeightmapArrays, after: HeightmapArrays | None, grasp: GraspResult
 ) -> list[GoalLabel]:
     labels = []
-    # Of a grasp after which nobody looked, only the target is known to be held or not.
-    others_known = after is not None or grasp.source == HUMAN
+    # Of a grasp after which nobody looked, only the target is known to be held or not, unless a person knows more.
+    known = grasp.color is not None or not grasp.object_grasped
+    others_known = after is not None or (grasp.source == HUMAN and known)
     for color in TARGET_COLORS:
         mask = before.labels == CLASSES.index(color)
         if np.count_nonzero(mask) < FEWEST_CELLS:

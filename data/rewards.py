@@ -42,7 +42,7 @@ def push_reward(
     """
     before = target_border(before_height, before_mask, resolution)
     after = target_border(after_height, after_mask, resolution)
-    if _freed(before, after, resolution):
+    if is_freed(before, after, resolution):
         return PUSH_FREED
     if push_passes(before_mask, start, yaw, length / resolution):
         return PUSH_AIMED
@@ -54,6 +54,17 @@ def grasp_reward(mask: NDArray[np.bool_], row: float, column: float, target_gras
     if target_grasped:
         return GRASP_SUCCEEDED
     return GRASP_AIMED if _on_mask(mask, np.array([row]), np.array([column])) else 0.0
+
+
+def is_freed(before: TargetBorder, after: TargetBorder, resolution: float) -> bool:
+    """Whether so much of the target's border became free as earns a push R_p's second stage; metres a cell.
+
+    A target that is not seen before and after was not freed.
+    """
+    if not before.target or not after.target:
+        return False
+    cells = before.occupied - after.occupied
+    return cells >= round(FREED_AREA / resolution**2) and before.ratio - after.ratio >= FREED_RATIO
 
 
 def freed_cells(
@@ -69,13 +80,6 @@ def freed_cells(
     before = target_border(before_height, before_mask, resolution)
     after = target_border(after_height, after_mask, resolution)
     return float(before.occupied - after.occupied)
-
-
-def _freed(before: TargetBorder, after: TargetBorder, resolution: float) -> bool:
-    if not before.target or not after.target:
-        return False
-    cells = before.occupied - after.occupied
-    return cells >= round(FREED_AREA / resolution**2) and before.ratio - after.ratio >= FREED_RATIO
 
 
 def push_passes(mask: NDArray[np.bool_], start: tuple[float, float], yaw: float, length: float) -> bool:

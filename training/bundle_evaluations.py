@@ -9,7 +9,12 @@ import msgspec
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.manifest import Evaluation, read_manifest, write_manifest
 from grasping_invisible.training.evaluation_summary import rates_of
-from grasping_invisible.training.stored_results import StoredResult, check_counted_once, check_one_task
+from grasping_invisible.training.stored_results import (
+    StoredResult,
+    check_counted_once,
+    check_one_method,
+    check_one_task,
+)
 
 
 def note_evaluations(folder: Path, stored: Iterable[StoredResult]) -> tuple[Evaluation, ...]:
@@ -35,6 +40,7 @@ def note_evaluations(folder: Path, stored: Iterable[StoredResult]) -> tuple[Eval
 
 def _evaluation(suite: str, method: str, stored: list[StoredResult]) -> Evaluation:
     check_counted_once(stored, f"{method} on {suite}")
+    check_one_method(stored, f"{method} on {suite}")
     check_one_task(stored, f"the results of {method} on {suite}")
     rates = rates_of([item.result for item in stored])
     return Evaluation(

@@ -8,8 +8,9 @@ import numpy as np
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.data.heightmap_message import decode_heightmaps
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
-from grasping_invisible.data.rewards import FREED_AREA
+from grasping_invisible.data.rewards import is_freed
 from grasping_invisible.data.steps import LoggedStep
+from grasping_invisible.data.target_border import target_border
 from grasping_invisible.runtime.decision_record import COORDINATOR
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.perception import MIN_TARGET_CELLS, MIN_TARGET_PIXELS
@@ -54,14 +55,16 @@ def saw_target(step: LoggedStep) -> bool:
     return bool(step.decision.target_pixels >= MIN_TARGET_PIXELS and cells >= MIN_TARGET_CELLS)
 
 
-def truly_visible(truth: gi.TruthState | None) -> int | None:
-    """How many pixels of the target the camera image truly shows; None without ground truth."""
-    return None if truth is None else sum(item.visible_pixels for item in targets(truth))
+def truly_visible(step: LoggedStep) -> int | None:
+    """How many pixels of the target the camera image truly shows before a motion; None without ground truth."""
+    if step.truth is None or step.start is None:
+        return None
+    return sum(item.visible_pixels for item in targets(step.truth, step.start))
 
 
-def targets(truth: gi.TruthState) -> list[gi.ObjectTruth]:
-    """The objects of the target's colour."""
-    return [item for item in truth.objects if item.color == truth.target_color]
+def targets(truth: gi.TruthState, start: gi.RunStart) -> list[gi.ObjectTruth]:
+    """The objects of the colour that a run is after, whatever its scene is made for."""
+    return [item for item in truth.objects if item.color == start.target_color]
 
 
 def maps_of(message: gi.Heightmaps) -> Heightmaps:
@@ -89,7 +92,7 @@ def _push_fault(step: LoggedStep, result: gi.StepResult) -> Fault | None:
         return Fault.HID
     if _had_room(step):
         return Fault.NEEDLESS
-    if _freed(step, result):
+    if step.heightmaps is None or step.next_heightmaps is None or _freed(step, step.heightmaps, step.next_heightmaps):
         return None
     moved = _moved(step)
     return Fault.MISSED if moved is not None and moved < MOVED_BY else Fault.GROUP
@@ -102,18 +105,23 @@ def _had_room(step: LoggedStep) -> bool:
     return has_free_sides(maps, maps.labels == CLASSES.index(step.start.target_color))
 
 
-def _freed(step: LoggedStep, result: gi.StepResult) -> bool:
+def _freed(step: LoggedStep, before: gi.Heightmaps, after: gi.Heightmaps) -> bool:
     """Whether so much of the border became free as earns a push its reward."""
-    resolution = Workspace().resolution if step.heightmaps is None else step.heightmaps.resolution
-    return result.border_decrease >= round(FREED_AREA / resolution**2)
+    assert step.start is not None  # or the target was not seen
+    index = CLASSES.index(step.start.target_color)
+    one, other = (
+        target_border(maps.height, maps.labels == index, maps.resolution)
+        for maps in (decode_heightmaps(before), decode_heightmaps(after))
+    )
+    return is_freed(one, other, before.resolution)
 
 
 def _moved(step: LoggedStep) -> float | None:
     """By how many metres the target moved, the one of several that moved most; None without ground truth."""
-    if step.truth is None or step.next_truth is None:
+    if step.truth is None or step.next_truth is None or step.start is None:
         return None
-    before = {item.name: _position(item) for item in targets(step.truth)}
-    after = {item.name: _position(item) for item in targets(step.next_truth)}
+    before = {item.name: _position(item) for item in targets(step.truth, step.start)}
+    after = {item.name: _position(item) for item in targets(step.next_truth, step.start)}
     distances = [math.dist(before[name], after[name]) for name in before.keys() & after.keys()]
     return float(np.max(distances, initial=0.0))
 

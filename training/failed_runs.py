@@ -72,7 +72,8 @@ class Run:
         if self.start.scene not in scene_names():
             return self.start.scene
         scene = load_scene(self.start.scene)
-        return "invisible" if self.start.max_motions > scene.max_motions else scene.task
+        for_all_of_it = scene.task == "exploration" and self.start.max_motions > scene.max_motions
+        return "invisible" if for_all_of_it else scene.task
 
 
 @dataclass(frozen=True)
@@ -139,7 +140,7 @@ def _failure_of(run: Run) -> Failure | None:
         return Failure(run, Cause.MISJUDGED, misjudged)
     if summary.ended_because != "budget":
         return None
-    if run.last_truth is not None and all(_is_outside(item) for item in targets(run.last_truth)):
+    if run.last_truth is not None and all(_is_outside(item) for item in targets(run.last_truth, run.start)):
         return Failure(run, Cause.GONE, _left_at(run))
     return _failure_of_search(run) or _failure_of_motions(run)
 
@@ -150,13 +151,13 @@ def _failure_of_search(run: Run) -> Failure | None:
     if found is None:
         for cause, shown in (
             (Cause.COVERED, [step.decision.target_pixels for step in run.steps]),
-            (Cause.NOT_SEGMENTED, [truly_visible(step.truth) or 0 for step in run.steps]),
+            (Cause.NOT_SEGMENTED, [truly_visible(step) or 0 for step in run.steps]),
         ):
             if max(shown, default=0) >= MIN_TARGET_PIXELS:
                 return Failure(run, cause, run.steps[shown.index(max(shown))])
         return Failure(run, Cause.NEVER_UNCOVERED, last)
     decided = [step for step in run.steps if saw_target(step)]
-    mistaken = [step for step in decided if _is_out_of_sight(step.truth)]
+    mistaken = [step for step in decided if _is_out_of_sight(step)]
     if mistaken and 2 * len(mistaken) >= len(decided):
         return Failure(run, Cause.MISTAKEN, mistaken[0])
     if run.start.max_motions - found <= LAST_MOTIONS < run.start.max_motions:
@@ -190,7 +191,7 @@ def _misjudged(run: Run) -> LoggedStep | None:
         result, truth = step.result, step.next_truth
         if result is None or truth is None or not result.object_grasped:
             continue
-        names = {item.name for item in targets(truth)}
+        names = {item.name for item in targets(truth, run.start)}
         if result.target_grasped and truth.held_object not in names:
             return step
         if not result.target_grasped and any(_is_newly_outside(step, name) for name in names):
@@ -199,13 +200,12 @@ def _misjudged(run: Run) -> LoggedStep | None:
 
 
 def _left_at(run: Run) -> LoggedStep | None:
-    """The step in which the target left the workspace."""
-    left = [
-        step
-        for step in run.steps
-        if step.next_truth is not None and any(_is_newly_outside(step, item.name) for item in targets(step.next_truth))
-    ]
-    return left[-1] if left else None
+    """The last step in which a target left the workspace."""
+    for step in reversed(run.steps):
+        there = [] if step.next_truth is None else targets(step.next_truth, run.start)
+        if any(_is_newly_outside(step, item.name) for item in there):
+            return step
+    return None
 
 
 def _is_newly_outside(step: LoggedStep, name: str) -> bool:
@@ -220,6 +220,6 @@ def _is_outside(item: gi.ObjectTruth) -> bool:
     return not Workspace().contains(position.x, position.y) or position.z < FALLEN
 
 
-def _is_out_of_sight(truth: gi.TruthState | None) -> bool:
-    visible = truly_visible(truth)
+def _is_out_of_sight(step: LoggedStep) -> bool:
+    visible = truly_visible(step)
     return visible is not None and visible < MIN_TARGET_PIXELS / 2

@@ -46,9 +46,13 @@ def failure_tables(runs: Sequence[tuple[Run, Failure | None]]) -> str:
 
 
 def draw_failures(failures: Sequence[Failure], path: Path) -> None:
-    """A PNG with a row for each cause, the most frequent first: before, in the camera and from above, and after."""
+    """A PNG with a row for each cause, the most frequent first: before, in the camera and from above, and after.
+
+    No file where there is nothing to show.
+    """
     shown = _examples(failures)
     if not shown:
+        path.unlink(missing_ok=True)  # that of other failures says nothing of these
         return
     with mpl.rc_context({"font.family": "DejaVu Sans", "font.size": 8}):
         figure = Figure(figsize=(11.2, 3.5 * len(shown)), dpi=DPI, layout="constrained")

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from zipfile import BadZipFile
 
 import cv2
 import numpy as np
@@ -82,7 +83,7 @@ def load_pile(folder: Path, seed: int) -> Views:
     try:
         with np.load(path) as content:
             return Views(**content)
-    except (OSError, ValueError, TypeError) as error:
+    except (OSError, ValueError, TypeError, EOFError, KeyError, BadZipFile) as error:
         raise BadInput(f"{path} is not a file of renders ({error}); delete it to have it made again") from None
 
 

@@ -8,7 +8,12 @@ from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.training.evaluation_methods import METHODS, OURS
 from grasping_invisible.training.evaluation_summary import Rates, rates_by_scene, rates_of
 from grasping_invisible.training.paper_figures import TABLES, PaperRow, PaperTable
-from grasping_invisible.training.stored_results import StoredResult, check_counted_once, check_one_task
+from grasping_invisible.training.stored_results import (
+    StoredResult,
+    check_counted_once,
+    check_one_method,
+    check_one_task,
+)
 
 NONE = "\N{EN DASH}"  # in a cell
 
@@ -47,7 +52,7 @@ class ResultTable:
 def result_tables(results: Sequence[StoredResult]) -> list[ResultTable]:
     """The tables for which there are results.
 
-    Raises `BadInput` where a row would mix bundles or count a run twice, or a table would mix tasks.
+    Raises `BadInput` where a row would mix bundles or methods or count a run twice, or a table would mix tasks.
     """
     by_row: dict[tuple[str, str], list[StoredResult]] = defaultdict(list)
     for stored in results:
@@ -103,6 +108,7 @@ def _row(key: tuple[str, str], stored: list[StoredResult]) -> Row:
             f"{name} on {suite} was measured with several bundles ({known}); tell them apart with run --name"
         )
     check_counted_once(stored, f"{name} on {suite}")
+    check_one_method(stored, f"{name} on {suite}")
     results = [item.result for item in stored]
     return Row(
         name,

@@ -11,6 +11,7 @@ import msgspec
 
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.training.evaluation import Trial, TrialResult
+from grasping_invisible.training.evaluation_methods import METHODS
 from grasping_invisible.training.given_files import files_at
 from grasping_invisible.training.source import source_commit
 
@@ -127,6 +128,14 @@ def check_counted_once(stored: Iterable[StoredResult], what: str) -> None:
     keys = [(item.result.scene, item.result.seed) for item in stored]
     if len(set(keys)) < len(keys):
         raise BadInput(f"the results hold a run of {what} twice; give each file once")
+
+
+def check_one_method(stored: Iterable[StoredResult], what: str) -> None:
+    """Raises `BadInput` where the results of `what` are of methods that differ by more than their names."""
+    methods = {item.measured.method for item in stored}
+    if len({METHODS.get(method, method) for method in methods}) > 1:
+        known = ", ".join(sorted(methods))
+        raise BadInput(f"{what} was measured by several methods ({known}); tell them apart with run --name")
 
 
 def check_one_task(stored: Iterable[StoredResult], whose: str) -> None:

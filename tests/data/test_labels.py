@@ -191,6 +191,28 @@ def test_hindsight_follows_what_people_say() -> None:
     assert goals(label(grasp, BEFORE, StepCorrection(grasped_color="blue")))["blue"].success
 
 
+@pytest.mark.parametrize(
+    ("said", "taken", "known"),
+    [
+        (NOTHING_SAID, True, ["red"]),
+        (StepCorrection(object_grasped=True), True, ["blue", "red"]),
+        (StepCorrection(target_grasped=False), False, ["red"]),  # what else was held is not said
+        (StepCorrection(object_grasped=False), False, ["blue", "red"]),
+    ],
+)
+def test_a_person_speaks_of_a_grasp_after_which_nobody_looked(
+    said: StepCorrection, taken: bool, known: list[str]
+) -> None:
+    before = scene(("red", RED_AT), ("blue", (RED_AT[0], RED_AT[1] + 8)))
+    grasp = motion(gi.GRASP, RED_AT[0], RED_AT[1] + 4, held=True)
+    assert grasp.result is not None
+    grasp.result.target_grasped = True
+    found = label(grasp, None, said, before=before)
+    assert (found.grasp.target_grasped, goals(found)["red"].success) == (taken, taken)
+    assert sorted(goals(found)) == known
+    assert "blue" not in goals(found) or not goals(found)["blue"].success
+
+
 def test_an_excluded_step_teaches_nothing() -> None:
     found = label(motion(gi.GRASP, *RED_AT), BEFORE, StepCorrection(exclude=True))
     assert (found.goals, found.classifier, found.source) == ((), None, "human")

@@ -65,12 +65,12 @@ class StepMaker:
         self.walled = True
         self.path = Path("run.mcap")
 
-    def maps(self, step: int, target_cells: int) -> gi.Heightmaps:
-        """A grey heap with so many of the target's cells in the middle of it."""
+    def maps(self, step: int, target_cells: int, walled: bool = True) -> gi.Heightmaps:
+        """A grey heap, or none, with so many of the target's cells in the middle of it."""
         workspace = Workspace()
         height = np.zeros((workspace.cells,) * 2, np.float32)
         labels = np.zeros(height.shape, np.uint8)
-        if self.walled:
+        if self.walled and walled:
             height[62:162, 62:162] = 0.05
         side = math.isqrt(target_cells)
         labels[112 : 112 + side, 112 : 112 + side] = CLASSES.index("red")
@@ -97,7 +97,7 @@ class StepMaker:
         target_grasped: bool = False,
         changed: bool = True,
         seen_after: bool = True,
-        freed: float = 0.0,
+        freed: bool = False,
         truth: gi.TruthState | None = None,
         after: gi.TruthState | None = None,
     ) -> LoggedStep:
@@ -118,10 +118,9 @@ class StepMaker:
                 target_visible=seen_after,
                 object_grasped=holding,
                 target_grasped=target_grasped,
-                border_decrease=freed,
             ),
             truth=truth or self.truth(shown),
-            next_heightmaps=self.maps(1, 400 if seen_after else 0),
+            next_heightmaps=self.maps(1, 400 if seen_after else 0, walled=not freed),
             next_truth=after or self.truth(500 if seen_after else 0),
         )
 

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import pytest
 
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
@@ -28,8 +30,8 @@ def test_a_target_that_moved_without_being_held_slipped(steps):
     [
         ({"changed": False}, Fault.NO_EFFECT),
         ({"seen_after": False}, Fault.HID),
-        ({"freed": 200.0}, None),
-        ({"freed": 10.0}, Fault.MISSED),
+        ({"freed": True}, None),
+        ({}, Fault.MISSED),
         ({"seen": False}, None),  # one of an exploration
         ({"status": gi.UNREACHABLE}, Fault.UNREACHABLE),
     ],
@@ -45,7 +47,7 @@ def test_a_push_that_moved_target_and_neighbours_together(steps):
 
 def test_a_push_of_a_target_that_stands_free_was_needless(steps):
     steps.walled = False
-    assert fault_of(steps.step(gi.PUSH, freed=200.0)) is Fault.NEEDLESS
+    assert fault_of(steps.step(gi.PUSH, freed=True)) is Fault.NEEDLESS
 
 
 def test_a_motion_whose_end_is_not_in_the_log_is_no_fault(steps):
@@ -56,3 +58,19 @@ def test_a_motion_whose_end_is_not_in_the_log_is_no_fault(steps):
 def test_seen_is_seen_from_above_as_well(steps):
     assert saw_target(steps.step(gi.PUSH, seen=True))
     assert not saw_target(steps.step(gi.PUSH, seen=False, pixels=500))
+
+
+def test_a_push_that_buries_a_part_of_the_target_frees_nothing(steps):
+    """Its border gets shorter, so that less of it is occupied."""
+    buried = replace(steps.step(gi.PUSH), next_heightmaps=steps.maps(1, 200))
+    assert fault_of(buried) is Fault.MISSED
+
+
+def test_a_motion_is_judged_by_what_its_run_is_after(steps):
+    """A run may be after another colour than its scene is made for."""
+    before, after = steps.truth(500), steps.truth(500)
+    for truth in (before, after):
+        truth.target_color = "blue"
+        truth.objects.add(name="lid", color="blue", position=gi.Point(x=0.4, y=0.0, z=0.03))
+    after.objects[0].position.x = 0.56
+    assert fault_of(steps.step(gi.GRASP, truth=before, after=after)) is Fault.SLIPPED

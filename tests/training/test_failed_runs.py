@@ -78,7 +78,7 @@ def test_a_target_that_was_found_with_the_last_motions(steps):
 
 def test_otherwise_the_most_frequent_fault_since_it_was_seen(steps):
     blocked, beside = steps.step(gi.GRASP, status=gi.BLOCKED), steps.step(gi.GRASP)
-    idle, useful = steps.step(gi.PUSH, changed=False), steps.step(gi.PUSH, freed=200.0)
+    idle, useful = steps.step(gi.PUSH, changed=False), steps.step(gi.PUSH, freed=True)
     unseen = steps.step(gi.PUSH, seen=False, changed=False, seen_after=False)
     failure = failure_of(steps.run(unseen, unseen, unseen, blocked, useful, beside, blocked, idle))
     assert failure is not None
@@ -92,6 +92,8 @@ def test_suites_are_told_by_scene_and_allowance(steps):
     assert steps.run().suite == "invisible"
     steps.start.max_motions = 5
     assert steps.run().suite == "exploration"
+    steps.start.scene, steps.start.max_motions = "coordination-00", 15
+    assert steps.run().suite == "coordination"
     steps.start.scene = "mine"
     assert steps.run().suite == "mine"
     assert steps.run().method == "explorer, coordinator"

@@ -76,6 +76,17 @@ def test_a_row_is_of_one_bundle_and_counts_no_run_twice(stored, results_file, re
         result_tables([*ours, *other])
 
 
+def test_a_row_is_of_one_method(results_file, result_of):
+    """`ours` has other names."""
+    stored = []
+    for seed, method in enumerate(("ours", "coordinator", "rand")):
+        stored += read_results(results_file("coordination", method, [result_of("a", seed, True, 2)], name="x"))
+    (table,) = result_tables(stored[:2])
+    assert [row.overall.runs for row in table.rows] == [2]
+    with pytest.raises(BadInput, match=r"x on coordination .* several methods \(coordinator, ours, rand\)"):
+        result_tables(stored)
+
+
 @pytest.mark.parametrize("other", ["ours", "rand"])
 def test_a_table_is_of_one_task(results_file, result_of, other):
     before = read_results(results_file("coordination", "ours", [result_of("a", 0, True, 2)], task_sha256="a" * 64))

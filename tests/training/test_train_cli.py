@@ -55,9 +55,11 @@ def test_a_small_segmenter_is_trained_from_nothing_and_resumes(
     assert "give --out another folder" in refusal(capsys, *command, "--piles", "2")
     assert not pile_path(tmp_path / "renders", 1).exists()
 
-    pile_path(tmp_path / "renders", HELD_OUT_SEEDS).write_bytes(b"cut off")
-    assert main(command) == 2
-    assert "delete it" in capsys.readouterr().err
+    damaged = pile_path(tmp_path / "renders", HELD_OUT_SEEDS)
+    for content in (b"not one at all", damaged.read_bytes()[:5_000], b""):
+        damaged.write_bytes(content)
+        assert main(command) == 2
+        assert "delete it" in capsys.readouterr().err
 
 
 def test_renders_depend_on_their_seed_alone(tmp_path: Path) -> None:
