@@ -53,7 +53,7 @@ def camera_frames(path: Path, stamps: Collection[int], topics: Collection[Topic]
 
 def _stamp_of(message: Message) -> int | None:
     transforms = getattr(message, "transforms", None)
-    if transforms is not None:  # a stamp for each transform, all the same
-        return to_ns(transforms[0].timestamp) if transforms else None
+    if transforms is not None:  # a stamp for each transform, of which the latest is the frame's
+        return max((to_ns(transform.timestamp) for transform in transforms), default=None)
     timestamp = getattr(message, "timestamp", None)
     return None if timestamp is None else to_ns(timestamp)

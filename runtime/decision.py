@@ -92,7 +92,8 @@ def _decision(situation: Situation, proposal: Proposal, policy: str, method: str
     yaw = float(rotation_angle(choice.rotation))
     if proposal.kind == gi.GRASP:
         height = grasp_height(maps, choice.row, choice.column)
-        fingers = preshape(situation.perception.mask, maps.workspace, (x, y), yaw)
+        fitted_to = situation.perception.mask if proposal.mask is None else proposal.mask
+        fingers = preshape(fitted_to, maps.workspace, (x, y), yaw)
         x, y = x + fingers.shift * math.cos(yaw), y + fingers.shift * math.sin(yaw)
     else:
         height = float(choice.of(situation.heights))

@@ -71,11 +71,10 @@ def _towards_hint(situation: Situation, allowed: NDArray[np.bool_], caveat: str)
 
     Where as much shows as would be enough, but for what lies on it, only those that take that off, if there are any.
     """
-    if not situation.hint.any():
+    hint, workspace = situation.hint, situation.maps.workspace
+    if not hint.cells.any():
         return allowed, caveat
-    workspace = situation.maps.workspace
-    there = allowed & pushes_towards(situation.hint, workspace)
-    there = keeping_inside(there, situation.hint, workspace)
+    there = keeping_inside(allowed & pushes_towards(hint.cells, workspace), hint.places, workspace)
     if situation.perception.target_glimpsed and there[RAISED].any():
         there[LOW] = False
         return there, f"{caveat}; it shows there, under something"

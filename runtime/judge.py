@@ -1,6 +1,6 @@
 """What came of a motion, from what the runtime can see, and what of it to remember."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -89,36 +89,47 @@ def scene_changed(before: Heightmaps, after: Heightmaps) -> bool:
     return bool(np.count_nonzero(patches) >= round(CHANGED_AREA / before.workspace.resolution**2))
 
 
-def remember(memory: Memory, before: Perception, decision: Decision, judgement: Judgement) -> Memory:
+def remember(
+    memory: Memory, before: Perception, decision: Decision, outcome: gi.MotionOutcome, judgement: Judgement
+) -> Memory:
     """The memory for the next decision. `before`: what the one just carried out was made from.
 
-    A failed push is an explorational one that changed the scene, and the target is still not seen. Grasp failures count
-    up until the target is grasped or a push changes the scene, for then they tell nothing about the new one. An
-    action that changed nothing is not tried again until something changes, and a push not so soon after others: what
-    lay in its way it has moved.
+    A failed push is an explorational one that changed the scene, and the target is still not seen; once it is they are
+    forgotten, as they were made to find it where it no longer is. Grasp failures count up until the target is grasped
+    or a push changes the scene, for then they tell nothing about the new one. An action that changed nothing is not
+    tried again until something changes, and a push not so soon after others: what lay in its way it has moved. A push
+    that was stopped on its way down has done nothing of what it was for, whatever it touched.
     """
     x, y, _ = decision.position
-    failed_pushes = memory.failed_pushes
     pushed = decision.kind == gi.PUSH
-    searched = decision.policy == EXPLORER and pushed and judgement.scene_changed
-    if searched and not judgement.target_visible:
+    changed = judgement.scene_changed and not (pushed and _never_began(outcome))
+    failed_pushes = memory.failed_pushes
+    if before.target_seen or judgement.target_visible:
+        failed_pushes = ()
+    elif changed and pushed and decision.policy == EXPLORER:
         failed_pushes = (*failed_pushes, acts_at(x, y, decision.yaw))[-REMEMBERED:]
     failures = memory.consecutive_grasp_failures
     if not pushed:
         failures = 0 if judgement.target_grasped else failures + 1
-    elif judgement.scene_changed:
+    elif changed:
         failures = 0
-    made = FruitlessAction(decision.kind, x, y, decision.yaw, decision.level, not judgement.scene_changed)
-    if not judgement.scene_changed:
+    made = FruitlessAction(decision.kind, x, y, decision.yaw, decision.level, not changed)
+    if not changed:
         fruitless = (*memory.fruitless, made)[-FRUITLESS_REMEMBERED:]
     elif pushed:
-        earlier = (action for action in memory.fruitless if action.kind == gi.PUSH)
+        # Of another scene they say nothing more than that they were made.
+        earlier = (replace(action, unchanged=False) for action in memory.fruitless if action.kind == gi.PUSH)
         fruitless = (*earlier, made)[-PUSHES_REMEMBERED:]
     else:
         fruitless = ()
     pushes = memory.consecutive_pushes + 1 if pushed else 0
-    last_seen = last_seen_after(memory.last_seen, before, decision) if judgement.scene_changed else memory.last_seen
+    last_seen = last_seen_after(memory.last_seen, before, decision) if changed else memory.last_seen
     return Memory(failed_pushes, failures, memory.step + 1, fruitless, pushes, last_seen)
+
+
+def _never_began(outcome: gi.MotionOutcome) -> bool:
+    """Whether a push was stopped before its way along the table."""
+    return outcome.status == gi.BLOCKED and outcome.path_fraction == 0.0
 
 
 def _target_story(before: Perception, after: Perception, held: bool, target_grasped: bool) -> str:

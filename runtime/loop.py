@@ -109,7 +109,7 @@ def run_loop(
         for watcher in watchers:
             watcher.judged(deliberation, outcome, judgement)
 
-        memory = remember(memory, deliberation.perception, deliberation.decision, judgement)
+        memory = remember(memory, deliberation.perception, deliberation.decision, outcome, judgement)
         perception = after
         if judgement.object_grasped and not judgement.target_grasped:
             actor.put_down()

@@ -25,9 +25,10 @@ MOST_OBJECTS = 8  # looked at for one decision
 
 @dataclass(frozen=True)
 class _Candidate:
-    """An object, and how likely its best grasp is to succeed."""
+    """An object, its mask (N, N), and how likely its best grasp is to succeed."""
 
     name: str
+    mask: NDArray[np.bool_]
     options: Options
     quality: float
     threshold: float
@@ -56,7 +57,7 @@ def _candidates(situation: Situation) -> Iterator[_Candidate]:
     for name, mask, threshold in _priorities(situation):
         options = options_for(situation, mask)
         if options is not None:
-            yield _Candidate(name, options, _quality(situation, mask, options), threshold)
+            yield _Candidate(name, mask, options, _quality(situation, mask, options), threshold)
 
 
 def _priorities(situation: Situation) -> Iterator[tuple[str, NDArray[np.bool_], float]]:
@@ -85,4 +86,6 @@ def _proposal(candidate: _Candidate, kind: gi.MotionKind, situation: Situation, 
         f"{sight}: {gi.MotionKind.Name(kind).lower()} {candidate.name}, whose grasp would succeed with probability "
         f"{candidate.quality:.2f}, {judgement}{caveat}"
     )
-    return Proposal(kind, choice, options.q_maps, options.q_push, options.q_grasp, why, candidate.quality)
+    return Proposal(
+        kind, choice, options.q_maps, options.q_push, options.q_grasp, why, candidate.quality, mask=candidate.mask
+    )

@@ -1,6 +1,7 @@
 """From a cell and a rotation to a motion of the arm, and which motions can be made at all (paper, section IV-A)."""
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 from itertools import product
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasping_invisible.data.action_grid import ACTION_CELLS, LOW, PUSH_LENGTH, RAISED, ROTATIONS, blocks
-from grasping_invisible.data.target_border import distance_to
+from grasping_invisible.data.target_border import BORDER_WIDTH, distance_to
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.rotation import ANGLES, action_grid, ahead_of_cells
 from grasping_invisible.runtime.workspace import Workspace
@@ -23,6 +24,9 @@ GRASP_REACH = 0.008  # metres around a grasp's cell in which the top is looked f
 
 FINGERS_ALONG = 0.025  # metres, footprint of the closed fingers along a push
 FINGERS_ACROSS = 0.045  # and across it
+PALM_ALONG = 0.034  # metres, the hand itself, seen from above, along a push
+PALM_ACROSS = 0.194  # and across it
+PALM = 0.039  # metres by which its underside lies above the TCP
 FINGERTIPS = 0.008  # metres by which the fingers reach below the TCP, which lies between their pads
 PUSH_CLEARANCE = 0.003  # metres between the fingertips and what they stand above
 RAISED_TIPS = 0.055  # metres above the table, fingertips of a raised push: over anything that the hand can take whole
@@ -39,6 +43,8 @@ PUSH_NEARNESS = 0.03  # metres from the target within which a push for it has to
 # is what it moves, and what leaves the workspace is lost.
 PUSH_END_INSET = 0.03
 PUSH_AHEAD = 0.07
+# Metres from the workspace's edge that a pushed target has to keep: its middle is that of what shows of it.
+TARGET_INSET = 0.015
 
 
 def cell_position(row: float, column: float, workspace: Workspace) -> tuple[float, float]:
@@ -72,29 +78,33 @@ def top_of(maps: Heightmaps, mask: NDArray[np.bool_]) -> float:
     return float(np.percentile(maps.height[mask], TOP_PERCENTILE))
 
 
-def push_heights(maps: Heightmaps, raised_tips: float = RAISED_TIPS) -> NDArray[np.float32]:
+def push_heights(maps: Heightmaps, raised_tips: float | NDArray[np.float32] = RAISED_TIPS) -> NDArray[np.float32]:
     """TCP height above the table, metres, of a push starting at every cell: (2, 16, 112, 112) float32, low and raised.
 
     The closed fingers come down just above whatever is under their footprint: beside a heap they reach the
     table, on top of it they push what stands higher. Raised, they take the roof off a heap and leave what it stands on,
-    which a low push moves as a whole. `raised_tips`: metres above the table, their fingertips.
+    which a low push moves as a whole. `raised_tips`: metres above the table, their fingertips; of all, or of each,
+    (16, 112, 112).
     """
     above = np.float32(PUSH_CLEARANCE + FINGERTIPS)
     low = np.maximum(_footprint_heights(maps) + above, np.float32(MIN_TCP_HEIGHT))
-    return np.stack([low, np.maximum(low, np.float32(raised_tips + FINGERTIPS))])
+    return np.stack([low, np.maximum(low, np.asarray(raised_tips, np.float32) + np.float32(FINGERTIPS))])
 
 
 def feasible_pushes(maps: Heightmaps, heights: NDArray[np.float32]) -> NDArray[np.bool_]:
     """Which pushes can be made and would move something: (2, 16, 112, 112) bool.
 
     `heights`: of `push_heights`. A push is left out where it would not end well inside the workspace
-    (`ends_inside`), where it would start above `MAX_TCP_HEIGHT`, or where hardly anything along its way stands
-    higher than the fingertips; a raised one also where the low one is as high.
+    (`ends_inside`), where it would start above `MAX_TCP_HEIGHT`, where the hand would come down on something before the
+    fingers are where they should be, or where hardly anything along its way stands higher than the fingertips; a raised
+    one also where the low one is as high.
     """
-    met = _points_met(_highest(maps), heights - np.float32(FINGERTIPS - PUSH_OVERLAP), maps.workspace)
+    highest = _highest(maps)
+    met = _points_met(highest, heights - np.float32(FINGERTIPS - PUSH_OVERLAP), maps.workspace)
     moves = met >= POINTS_MET
     moves[RAISED] &= heights[RAISED] > heights[LOW]
-    return open_pushes(maps.workspace, heights) & moves
+    comes_down = heights >= _palm_heights(highest, maps.workspace) - np.float32(PALM)
+    return open_pushes(maps.workspace, heights) & moves & comes_down
 
 
 def _points_met(highest: NDArray[np.float32], limits: NDArray[np.float32], workspace: Workspace) -> NDArray[np.uint8]:
@@ -118,20 +128,29 @@ def open_pushes(workspace: Workspace, heights: NDArray[np.float32]) -> NDArray[n
 def pushes_towards(mask: NDArray[np.bool_], workspace: Workspace) -> NDArray[np.bool_]:
     """Which pushes come within `PUSH_NEARNESS` of the target under the mask, (N, N): (16, 112, 112) bool.
 
-    Others leave the target and its border as they are, so what a critic says of them means nothing to it.
+    Others leave the target and its border as they are, so what a critic says of them means nothing to it. Nor is a push
+    towards it that only goes away from where it starts, unless it starts at the border.
     """
     cell = workspace.size / ACTION_CELLS
-    near = (blocks(distance_to(mask)).min(axis=(1, 3)) * workspace.resolution <= PUSH_NEARNESS).astype(np.uint8)
-    return np.stack([cv2.dilate(near, _way(k, cell)) for k in range(ROTATIONS)]).astype(np.bool_)
+    distance = np.asarray(blocks(distance_to(mask)).min(axis=(1, 3)) * workspace.resolution, np.float32)
+    nearest = np.stack([cv2.erode(distance, _way(k, cell)) for k in range(ROTATIONS)])
+    return (nearest <= PUSH_NEARNESS) & ((nearest < distance) | (distance <= BORDER_WIDTH))
 
 
-def keeping_inside(pushes: NDArray[np.bool_], mask: NDArray[np.bool_], workspace: Workspace) -> NDArray[np.bool_]:
+def keeping_inside(
+    pushes: NDArray[np.bool_], places: Sequence[tuple[float, float]], workspace: Workspace
+) -> NDArray[np.bool_]:
     """Of pushes (..., 16, 112, 112) towards a target those that cannot drive it out of the workspace, if there are any.
 
-    `mask`: (N, N) bool, where it is. A push may take it along for all of its length.
+    `places`: where its middle may be, (x, y) in the base frame, metres. A push may take it along for all of its length.
     """
-    x, y = workspace.middle_of(mask)
-    stays = [workspace.contains(x + PUSH_LENGTH * math.cos(yaw), y + PUSH_LENGTH * math.sin(yaw)) for yaw in ANGLES]
+    stays = [
+        all(
+            workspace.contains(x + PUSH_LENGTH * math.cos(yaw), y + PUSH_LENGTH * math.sin(yaw), TARGET_INSET)
+            for x, y in places
+        )
+        for yaw in ANGLES
+    ]
     kept = pushes & np.array(stays)[:, None, None]
     return kept if kept.any() else pushes
 
@@ -182,7 +201,14 @@ def _footprint_heights(maps: Heightmaps) -> NDArray[np.float32]:
     """The greatest height under the closed fingers at every cell, for every rotation: (16, 112, 112)."""
     highest = _highest(maps)
     cell = maps.workspace.size / ACTION_CELLS
-    half_turn = [cv2.dilate(highest, _footprint(k, cell)) for k in range(ROTATIONS // 2)]
+    half_turn = [cv2.dilate(highest, _rectangle(k, cell, FINGERS_ALONG, FINGERS_ACROSS)) for k in range(ROTATIONS // 2)]
+    return np.stack(half_turn + half_turn).astype(np.float32)
+
+
+def _palm_heights(highest: NDArray[np.float32], workspace: Workspace) -> NDArray[np.float32]:
+    """The greatest height under the hand itself at every cell, for every rotation: (16, 112, 112)."""
+    cell = workspace.size / ACTION_CELLS
+    half_turn = [cv2.dilate(highest, _rectangle(k, cell, PALM_ALONG, PALM_ACROSS)) for k in range(ROTATIONS // 2)]
     return np.stack(half_turn + half_turn).astype(np.float32)
 
 
@@ -193,15 +219,15 @@ def _highest(maps: Heightmaps) -> NDArray[np.float32]:
     return np.asarray(blocks(calm).max(axis=(1, 3)), np.float32)
 
 
-@lru_cache(maxsize=ROTATIONS)
-def _footprint(k: int, cell: float) -> NDArray[np.uint8]:
-    """The cells under the closed fingers of a push in rotation `k`, as a kernel of odd size."""
-    reach = math.ceil(math.hypot(FINGERS_ALONG, FINGERS_ACROSS) / 2 / cell)
+@lru_cache(maxsize=2 * ROTATIONS)
+def _rectangle(k: int, cell: float, length: float, width: float) -> NDArray[np.uint8]:
+    """The cells under a rectangle of so many metres along and across a push in rotation `k`, a kernel of odd size."""
+    reach = math.ceil(math.hypot(length, width) / 2 / cell)
     rows, columns = np.mgrid[-reach : reach + 1, -reach : reach + 1] * cell
     yaw = ANGLES[k]
     along = columns * math.cos(yaw) - rows * math.sin(yaw)
     across = columns * math.sin(yaw) + rows * math.cos(yaw)
-    under = (np.abs(along) <= FINGERS_ALONG / 2) & (np.abs(across) <= FINGERS_ACROSS / 2)
+    under = (np.abs(along) <= length / 2) & (np.abs(across) <= width / 2)
     return under.astype(np.uint8)
 
 

@@ -63,7 +63,7 @@ def options_for(situation: Situation, mask: NDArray[np.bool_]) -> Options | None
     return options_among(
         situation,
         situation.q_maps(mask),
-        keeping_inside(towards, mask, workspace),
+        keeping_inside(towards, (workspace.middle_of(mask),), workspace),
         feasible_grasps(mask, workspace.resolution),
     )
 

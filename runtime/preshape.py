@@ -14,9 +14,10 @@ from grasping_invisible.runtime.workspace import Workspace
 MAX_OPENING = 0.08  # metres between the finger pads: Franka's hand
 MIN_OPENING = 0.03
 CLEARANCE = 0.006  # metres between a finger pad and the target, on either side
-MAX_SHIFT = 0.012  # metres from the chosen cell; less than what `runtime.memory` takes for the same grasp
+MAX_SHIFT = 0.012  # metres from the chosen cell
 FINGER_BREADTH = 0.022  # metres across the closing axis
 LARGEST_GAP = 0.006  # metres along the axis that the mask may lack: what is farther away is not closed on
+_ROUNDING = 1e-9  # metres: cells lie on the limits above as often as not, and half a turn is the same grasp
 REACH = 0.012  # metres around the chosen cell in which the target has to show
 
 
@@ -56,11 +57,11 @@ def _span(
     rows, columns = np.nonzero(mask)
     x = workspace.low[0] + (columns + 0.5) * workspace.resolution - cell[0]
     y = workspace.high[1] - (rows + 0.5) * workspace.resolution - cell[1]
-    between = np.abs(y * math.cos(yaw) - x * math.sin(yaw)) <= FINGER_BREADTH / 2
+    between = np.abs(y * math.cos(yaw) - x * math.sin(yaw)) <= FINGER_BREADTH / 2 + _ROUNDING
     along = np.sort((x * math.cos(yaw) + y * math.sin(yaw))[between])
     if not len(along):
         return None
-    pieces = np.split(along, np.flatnonzero(np.diff(along) > LARGEST_GAP) + 1)
+    pieces = np.split(along, np.flatnonzero(np.diff(along) > LARGEST_GAP + _ROUNDING) + 1)
     nearest = min(pieces, key=lambda piece: max(piece[0], -piece[-1], 0.0))
     half_cell = workspace.resolution / 2
     low, high = float(nearest[0]) - half_cell, float(nearest[-1]) + half_cell

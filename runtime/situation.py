@@ -13,7 +13,7 @@ from grasping_invisible.runtime.critic import QMaps
 from grasping_invisible.runtime.doubt import doubted
 from grasping_invisible.runtime.explorer_maps import ExplorationMaps
 from grasping_invisible.runtime.heightmap import Heightmaps
-from grasping_invisible.runtime.hint import hint_to_follow, raised_tips
+from grasping_invisible.runtime.hint import Hint, hint_to_follow, raised_tips
 from grasping_invisible.runtime.memory import Memory, untried
 from grasping_invisible.runtime.motion import feasible_pushes, push_heights
 from grasping_invisible.runtime.perception import Perception
@@ -41,7 +41,7 @@ class Situation:
     """What a method decides from.
 
     `target`: its colour. `heights` and `pushes`: (2, 16, 112, 112), of `runtime.motion`: how high a push would be, and
-    which pushes can be made and would meet something. `hint`: (N, N), where to look for the target, if anywhere.
+    which pushes can be made and would meet something. `hint`: where to look for the target, if anywhere.
     `border`: of the target. `rng`: seeded for this very step.
     """
 
@@ -52,7 +52,7 @@ class Situation:
     rng: np.random.Generator
     heights: NDArray[np.float32]
     pushes: NDArray[np.bool_]
-    hint: NDArray[np.bool_]
+    hint: Hint
     border: TargetBorder
     watch: Stopwatch
 
@@ -83,7 +83,8 @@ class Proposal:
 
     `q_maps`: those it chose by. `q_push`, `q_grasp`: the greatest Q values of the motions it chose from; 0 where there
     were none. `grasp_probability`: None where the classifier was not asked. `exploration`: None but for an
-    exploration by maps. `why`: one line for a person, to stand after the target's name and a blank.
+    exploration by maps. `why`: one line for a person, to stand after the target's name and a blank. `mask`: (N, N), of
+    what a grasp is to be fitted to; None for the target.
     """
 
     kind: gi.MotionKind
@@ -94,6 +95,7 @@ class Proposal:
     why: str
     grasp_probability: float | None = None
     exploration: ExplorationMaps | None = None
+    mask: NDArray[np.bool_] | None = None
 
 
 def situation_of(perception: Perception, target: str, memory: Memory, models: Models, seed: int) -> Situation:

@@ -36,9 +36,10 @@ class Workspace:
         """Largest x and y inside, base frame, metres."""
         return self.center[0] + self.size / 2, self.center[1] + self.size / 2
 
-    def contains(self, x: float, y: float) -> bool:
-        """Whether a point of the base frame, metres, lies over the workspace."""
-        return self.low[0] <= x < self.high[0] and self.low[1] < y <= self.high[1]
+    def contains(self, x: float, y: float, inset: float = 0.0) -> bool:
+        """Whether a point of the base frame lies over the workspace, and so far inside its edge; metres."""
+        (low_x, low_y), (high_x, high_y) = self.low, self.high
+        return low_x + inset <= x < high_x - inset and low_y + inset < y <= high_y - inset
 
     def cell_center(self, row: float, column: float) -> tuple[float, float]:
         """The (x, y) in the base frame, metres, of the middle of a cell."""

@@ -71,7 +71,7 @@ def best_values(q: QMaps, maps: Heightmaps, mask: NDArray[np.bool_]) -> tuple[fl
     """
     heights = push_heights(maps, tips_above(top_of(maps, mask)))
     towards = feasible_pushes(maps, heights) & pushes_towards(mask, maps.workspace)
-    push = best_value(q.push, keeping_inside(towards, mask, maps.workspace))
+    push = best_value(q.push, keeping_inside(towards, (maps.workspace.middle_of(mask),), maps.workspace))
     grasp = best_value(q.grasp, low_grasps(maps, feasible_grasps(mask, maps.workspace.resolution)))
     return push or 0.0, grasp or 0.0
 

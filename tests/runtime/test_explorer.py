@@ -106,7 +106,7 @@ def hinting(situation, set_models):
 def test_it_pushes_where_a_little_of_the_target_shows(hinting, x):
     there = hinting(x)
     proposal = explore(there)
-    assert proposal.choice.of(pushes_towards(there.hint, there.maps.workspace))
+    assert proposal.choice.of(pushes_towards(there.hint.cells, there.maps.workspace))
     assert "a little of it shows there" in proposal.why
 
 
@@ -116,7 +116,7 @@ def test_it_pushes_where_the_target_was_last_seen(situation, x):
         (0.42, 0.0, 0.05, 0.05, "grey"), (0.64, 0.0, 0.05, 0.05, "grey"), memory=Memory(last_seen=((x, 0.0),))
     )
     proposal = explore(there)
-    assert proposal.choice.of(pushes_towards(there.hint, there.maps.workspace))
+    assert proposal.choice.of(pushes_towards(there.hint.cells, there.maps.workspace))
     assert "last seen" in proposal.why
 
 

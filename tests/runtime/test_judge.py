@@ -87,7 +87,11 @@ class TestMemory:
     def remember(self, perceived):
         """Of a scene in which nothing of the target shows."""
         before = perceived(ASIDE)
-        return lambda memory, decision, judgement: judge_remember(memory, before, decision, judgement)
+
+        def of(memory, decision, judgement, came=None):
+            return judge_remember(memory, before, decision, came or outcome(), judgement)
+
+        return of
 
     def test_explorational_pushes_that_found_nothing_are_remembered_three_deep(self, decision, remember, changed):
         memory = Memory()
@@ -104,6 +108,30 @@ class TestMemory:
         found = replace(changed, target_visible=True)
         assert remember(Memory(), decision(gi.PUSH, policy="explorer"), found).failed_pushes == ()
         assert remember(Memory(), decision(gi.PUSH), changed).failed_pushes == ()
+
+    def test_failed_pushes_are_forgotten_once_the_target_is_seen(self, decision, perceived, remember, changed):
+        """They were made elsewhere, should it go out of sight again."""
+        failed = Memory(failed_pushes=((0.4, 0.0), (0.42, 0.0), (0.44, 0.0)))
+        found = replace(changed, target_visible=True)
+        assert remember(failed, decision(gi.PUSH, policy="explorer"), found).failed_pushes == ()
+        hidden_again = judge_remember(failed, perceived(TARGET), decision(gi.PUSH), outcome(), changed)
+        assert hidden_again.failed_pushes == ()
+
+    def test_a_push_that_was_stopped_on_its_way_down_has_done_nothing(self, decision, perceived, changed):
+        """Whatever the hand touched."""
+        before, push = perceived(TARGET), decision(gi.PUSH, 0.5, 0.1, policy="explorer")
+        stopped = gi.MotionOutcome(status=gi.BLOCKED, path_fraction=0.0)
+        memory = Memory(consecutive_grasp_failures=2, last_seen=((0.6, 0.1),))
+        then = judge_remember(memory, before, push, stopped, changed)
+        assert (then.failed_pushes, then.consecutive_grasp_failures, then.last_seen) == ((), 2, memory.last_seen)
+        assert [action.unchanged for action in then.fruitless] == [True]
+        on_its_way = gi.MotionOutcome(status=gi.BLOCKED, path_fraction=0.4)
+        assert not judge_remember(memory, before, push, on_its_way, changed).fruitless[0].unchanged
+
+    def test_doubt_in_a_push_ends_with_the_scene_that_it_left_as_it_was(self, decision, remember, unchanged, changed):
+        memory = remember(Memory(), decision(gi.PUSH, 0.41), unchanged)
+        memory = remember(memory, decision(gi.PUSH, 0.45), changed)
+        assert [(action.x, action.unchanged) for action in memory.fruitless] == [(0.41, False), (0.45, False)]
 
     def test_grasp_failures_count_until_success_or_change(self, decision, remember, unchanged, changed):
         twice = remember(remember(Memory(), decision(gi.GRASP), changed), decision(gi.GRASP), unchanged)
@@ -133,6 +161,6 @@ class TestMemory:
         self, decision, perceived, unchanged, changed
     ):
         seen, push = perceived(TARGET), decision(gi.PUSH, 0.5, 0.1)
-        assert judge_remember(Memory(), seen, push, unchanged).last_seen == ()
-        ((x, y),) = judge_remember(Memory(), seen, push, changed).last_seen
+        assert judge_remember(Memory(), seen, push, outcome(), unchanged).last_seen == ()
+        ((x, y),) = judge_remember(Memory(), seen, push, outcome(), changed).last_seen
         assert (x, y) == pytest.approx(TARGET[:2], abs=0.003)

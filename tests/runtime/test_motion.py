@@ -154,12 +154,21 @@ def test_a_push_along_the_edge_is_allowed_and_one_towards_it_is_not():
 
 
 @pytest.mark.parametrize(
-    ("k", "aside", "towards"), [(0, 0.0, True), (0, 0.06, False), (8, 0.0, False), (4, 0.0, False)]
+    ("k", "before", "aside", "towards"),
+    [
+        (0, 0.08, 0.0, True),
+        (0, 0.08, 0.06, False),
+        (8, 0.08, 0.0, False),
+        (4, 0.08, 0.0, False),
+        (8, 0.048, 0.0, False),  # starts beside it and goes away
+        (6, 0.048, 0.0, False),
+        (8, 0.034, 0.0, True),  # the same, from the border
+    ],
 )
-def test_only_pushes_that_pass_the_target_are_for_it(table_with, k, aside, towards):
+def test_only_pushes_that_pass_the_target_are_for_it(table_with, k, before, aside, towards):
     x, y, _ = WORKSPACE.center
     mask = table_with((x, y, 0.04, 0.05, "red")).labels == 1
-    row, column = cell_at(x - 0.08, y + aside)
+    row, column = cell_at(x - before, y + aside)
     assert motion.pushes_towards(mask, WORKSPACE)[k, row, column] == towards
 
 
@@ -194,9 +203,37 @@ def test_a_target_is_not_pushed_where_it_may_leave_the_workspace():
     row, column = (int(at) for at in WORKSPACE.cell_of(WORKSPACE.center[0], high_y - 0.06))
     mask[row - 5 : row + 5, column - 5 : column + 5] = True
     pushes = np.ones((2, 16, 112, 112), np.bool_)
-    kept = motion.keeping_inside(pushes, mask, WORKSPACE)
+    place = WORKSPACE.middle_of(mask)
+    kept = motion.keeping_inside(pushes, (place,), WORKSPACE)
     assert kept[:, [0, 1, 8, 12]].all()  # along the edge and away from it
     assert not kept[:, [3, 4, 5]].any()  # over it
     outwards = np.zeros_like(pushes)
     outwards[:, 4] = True
-    np.testing.assert_array_equal(motion.keeping_inside(outwards, mask, WORKSPACE), outwards)
+    np.testing.assert_array_equal(motion.keeping_inside(outwards, (place,), WORKSPACE), outwards)
+
+
+def test_what_shows_of_a_target_may_lie_some_way_from_its_middle():
+    """And it may be in one of several places."""
+    x, high_y = WORKSPACE.center[0], WORKSPACE.high[1]
+    pushes = np.ones((2, 16, 112, 112), np.bool_)
+    near, far = (x, high_y - PUSH_LENGTH - 0.01), (x, high_y - PUSH_LENGTH - 0.02)
+    assert not motion.keeping_inside(pushes, (near,), WORKSPACE)[:, 4].any()
+    assert motion.keeping_inside(pushes, (far,), WORKSPACE)[:, 4].all()
+    assert not motion.keeping_inside(pushes, (far, near), WORKSPACE)[:, 4].any()
+
+
+def test_the_hand_comes_down_between_what_is_as_tall(table_with):
+    """The fingers would reach the table beside a block, and the hand would meet what stands 8 cm to the side."""
+    x, y, _ = WORKSPACE.center
+    k, start = 0, cell_at(x - 0.06, y)
+
+    def can_be_made(*around):
+        maps = table_with((x, y, 0.04, 0.05, "red"), *around)
+        return motion.feasible_pushes(maps, motion.push_heights(maps))[LOW, k, *start]
+
+    assert can_be_made()
+    assert not can_be_made((x - 0.06, y + 0.08, 0.03, 0.08, "grey"))
+    assert not can_be_made((x - 0.06, y - 0.08, 0.03, 0.08, "grey"))
+    assert can_be_made((x - 0.06, y + 0.08, 0.03, 0.05, "grey"))  # the hand stays above it
+    assert can_be_made((x - 0.06, y + 0.13, 0.03, 0.08, "grey"))
+    assert can_be_made((x - 0.12, y, 0.03, 0.08, "grey"))  # behind the hand, which is narrow that way

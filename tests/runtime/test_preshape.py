@@ -66,6 +66,7 @@ def test_of_two_pieces_the_nearer_one_is_closed_on() -> None:
 
 
 @given(st.floats(0.01, 0.12), st.floats(0.01, 0.12), st.floats(-4, 4), st.floats(-0.05, 0.05), st.floats(-4, 4))
+@example(0.0625, 0.03125, 1.0, 0.0, 0.0)
 def test_half_a_turn_is_the_same_grasp_and_the_limits_hold(length, breadth, lies, aside, yaw) -> None:
     mask = block(length, breadth, lies)
     cell = MIDDLE[0] + aside, MIDDLE[1]
