@@ -19,6 +19,7 @@ _TOPICS = (
     topics.COMMAND.key,
     topics.OUTCOME.key,
     topics.STEP_RESULT.key,
+    topics.RUN_SUMMARY.key,
     topics.TRUTH.key,
 )
 # Without what is large, or for people and simulators only.
@@ -49,8 +50,9 @@ class LoggedStep:
 def steps(path: Path, wanted: Collection[str] = _TOPICS, damage: list[str] | None = None) -> Iterator[LoggedStep]:
     """The steps of the runs whose log begins at `path`, over all its parts, in order.
 
-    Holds two steps at a time. `wanted`: topics to read. `damage`, if given, takes a line for everything wrong. Raises
-    `BadLog` when nothing can be read.
+    Holds two steps at a time. `wanted`: topics to read. `damage`, if given, takes a line for everything wrong. What
+    follows the end of a run, or begins its steps anew, is of one whose start the log has lost. Raises `BadLog` when
+    nothing can be read.
     """
     run = _Run()
     for part in parts_of(path):
@@ -59,8 +61,11 @@ def steps(path: Path, wanted: Collection[str] = _TOPICS, damage: list[str] | Non
             if isinstance(logged.message, gi.RunStart):
                 yield from run.finish()
                 run = _Run(start=logged.message)
-            else:
-                yield from run.take(logged)
+                continue
+            if run.has_ended(logged.message):
+                yield from run.finish()
+                run = _Run()
+            yield from run.take(logged)
         if damage is not None:
             damage += [f"{part.name}: {line}" for line in reader.damage]
     yield from run.finish()
@@ -86,10 +91,19 @@ class _Run:
     parts: OrderedDict[int, _Parts] = field(default_factory=OrderedDict)
     truths: OrderedDict[int, gi.TruthState] = field(default_factory=OrderedDict)
     deciding: int | None = None  # the step that commands and outcomes belong to
+    summed_up: bool = False
+
+    def has_ended(self, message: object) -> bool:
+        """Whether a message is of another run."""
+        if not isinstance(message, gi.Heightmaps | gi.Decision):
+            return False
+        return self.summed_up or (self.deciding is not None and message.step <= self.deciding)
 
     def take(self, logged: LoggedMessage) -> Iterator[LoggedStep]:
         message = logged.message
-        if isinstance(message, gi.TruthState):
+        if isinstance(message, gi.RunSummary):
+            self.summed_up = True
+        elif isinstance(message, gi.TruthState):
             self.truths[to_ns(message.stamp)] = message
             if len(self.truths) > _TRUTHS_KEPT:
                 self.truths.popitem(last=False)
@@ -123,8 +137,8 @@ class _Run:
 
     def _finish_before(self, step: int | None) -> Iterator[LoggedStep]:
         while self.parts and (step is None or next(iter(self.parts)) < step):
-            _, done = self.parts.popitem(last=False)
-            following = next(iter(self.parts.values()), _Parts())
+            number, done = self.parts.popitem(last=False)
+            following = self.parts.get(number + 1, _Parts())  # another one does not show what came of this
             if done.decision is not None:
                 yield LoggedStep(
                     decision=done.decision,

@@ -1,8 +1,10 @@
 """From checkpoints to a model bundle."""
 
+import os
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import cv2
 import msgspec
@@ -56,10 +58,14 @@ def _found(folders: Sequence[Path], name: str) -> Path:
 def _export(sources: dict[str, Path], out: Path) -> Manifest:
     checkpoints = {kind: finished_checkpoint(sources[kind], kind) for kind in MODELS}
     out.mkdir(parents=True, exist_ok=True)
-    files: dict[str, ModelFile] = {}
-    for kind, checkpoint in checkpoints.items():
-        file = write_onnx(_graph(checkpoint, sources[kind]), out)
-        files[kind] = msgspec.structs.replace(file, scores=checkpoint.scores, trained_on=checkpoint.trained_on)
+    with TemporaryDirectory(prefix=".export-", dir=out) as unproven:
+        files: dict[str, ModelFile] = {}
+        for kind, checkpoint in checkpoints.items():
+            file = write_onnx(_graph(checkpoint, sources[kind]), Path(unproven))
+            files[kind] = msgspec.structs.replace(file, scores=checkpoint.scores, trained_on=checkpoint.trained_on)
+        # A bundle that is there already is replaced once all of the new one is proven, and not before.
+        for file in files.values():
+            os.replace(Path(unproven) / file.file, out / file.file)
     manifest = Manifest(
         project_version=version("grasping-invisible"),
         source_commit=source_commit(),

@@ -9,11 +9,13 @@ import msgspec
 
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.rotation import CRITIC_INPUTS
+from grasping_invisible.runtime.seed import MAX_SEED
 from grasping_invisible.training.collect import STAGES
 
 FINAL = Path("bundle")
+ROUND_SEEDS = 100  # collections take so many seeds apart, plus their round
 Count = Annotated[int, msgspec.Meta(ge=1)]
-Seed = Annotated[int, msgspec.Meta(ge=0)]
+Seed = Annotated[int, msgspec.Meta(ge=0, le=MAX_SEED // ROUND_SEEDS - 1)]
 Share = Annotated[float, msgspec.Meta(ge=0, le=1)]
 
 
@@ -116,7 +118,8 @@ def stages_of(recipe: Recipe) -> list[Stage]:
 
 def _round_stages(recipe: Recipe, index: int) -> list[Stage]:
     numbers, name, folder = recipe.rounds[index], f"round {index + 1}", _folder(index)
-    collect = ["--out", folder / "logs", "--scenes", str(numbers.scenes), "--seed", str(recipe.seed * 100 + index + 1)]
+    seed = recipe.seed * ROUND_SEEDS + index + 1
+    collect = ["--out", folder / "logs", "--scenes", str(numbers.scenes), "--seed", str(seed)]
     collect += ["--branch"] if numbers.branch else ["--stage", str(numbers.stage or 1)]
     if index > 0:
         collect += ["--models", _folder(index - 1) / "bundle"]

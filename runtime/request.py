@@ -8,6 +8,7 @@ from grasping_invisible.data.classes import TARGET_COLORS
 from grasping_invisible.runtime.config import Config, load_config
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.safety import MAX_MOTIONS
+from grasping_invisible.runtime.seed import check_seed
 from grasping_invisible.runtime.sim_process import DEFAULT_SCENE
 from grasping_invisible.runtime.zenoh_session import LOCATOR_FORM, check_locator
 
@@ -42,8 +43,7 @@ def request_of(options: argparse.Namespace) -> RunRequest:
             raise BadInput(f"--target is needed with a robot on the link; known: {colors}")
     if options.max_motions is not None and not 1 <= options.max_motions <= MAX_MOTIONS:
         raise BadInput(f"--max-motions must be 1 to {MAX_MOTIONS}, not {options.max_motions}")
-    if not 0 <= options.seed < 2**32:
-        raise BadInput(f"--seed must be 0 to {2**32 - 1}, not {options.seed}")
+    check_seed(options.seed)
     return RunRequest(
         locator=None if options.robot == SIM else options.robot,
         scene=options.scene or DEFAULT_SCENE,

@@ -12,6 +12,7 @@ from grasping_invisible.data.command import run_command
 from grasping_invisible.data.extras import not_installed
 from grasping_invisible.runtime.errors import EXIT_INTERRUPTED, BadInput, GraspingError, RobotError
 from grasping_invisible.runtime.interruption import bounded, finish_within
+from grasping_invisible.runtime.seed import check_seed
 from grasping_invisible.runtime.sim_process import DEFAULT_SCENE, SimAnnouncement, announce
 
 # What takes long to import is imported inside `run_command`, so that a signal is answered from the start.
@@ -49,8 +50,7 @@ def _run(options: argparse.Namespace) -> int:
         threading.Thread(target=_end_with_parent, daemon=True).start()
     if not 0.1 <= options.camera_hz <= 60.0:
         raise BadInput(f"--camera-hz must be 0.1 to 60, not {options.camera_hz:g}")
-    if options.seed < 0:
-        raise BadInput(f"--seed must not be negative, not {options.seed}")
+    check_seed(options.seed)
     try:
         # PyBullet prints when it is imported; by now that goes to stderr.
         from grasping_invisible.sim_robot.node import SimNode

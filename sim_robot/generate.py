@@ -70,7 +70,8 @@ def _check(style: str, targets: int, basics: int) -> None:
 def _draw(name: str, style: Style, colors: list[str], target: Kind | None, rng: np.random.Generator) -> Scene | None:
     """A scene that has not settled yet; None where the objects found no room."""
     if style == "scattered":
-        return Scene(name=name, target=colors[0], objects=tuple(_about_to_drop(colors, target, rng)))
+        dropped = _about_to_drop(colors, target, rng)
+        return None if dropped is None else Scene(name=name, target=colors[0], objects=tuple(dropped))
     draw = {"packed": _packed, "stacked": _stacked, "covered": _covered}[style]
     layouts = draw(len(colors), target, rng)
     close = style == "covered" and rng.random() < CLOSE
@@ -86,10 +87,11 @@ def _draw(name: str, style: Style, colors: list[str], target: Kind | None, rng: 
     )
 
 
-def _about_to_drop(colors: list[str], target: Kind | None, rng: np.random.Generator) -> list[SceneObject]:
+def _about_to_drop(colors: list[str], target: Kind | None, rng: np.random.Generator) -> list[SceneObject] | None:
     """Objects in the air in random orientations, in columns with room for any block, low layers first.
 
-    Where there are many, the layers are closer. A mesh that may not fit in a column is above all blocks.
+    Where there are many, the layers are closer. A mesh that may not fit in a column is above all blocks; None where
+    its own frame would lie outside what a scene may say, turned like that.
     """
     heights = np.zeros(9, int)
     drops = []
@@ -109,7 +111,10 @@ def _about_to_drop(colors: list[str], target: Kind | None, rng: np.random.Genera
         across = math.hypot(*kind.size)
         if across > COLUMN_STEP:
             middle = (0.0, 0.0, float(LOWEST + step * heights.max() + across / 2))
-        objects.append(piles.as_scene_object(kind, color, middle, rotation))
+        try:
+            objects.append(piles.as_scene_object(kind, color, middle, rotation))
+        except ValueError:
+            return None
     return objects
 
 

@@ -124,6 +124,7 @@ class SimRobot:
             self.state = gi.IDLE
         except MotionStopped as error:
             self.panda.freeze()
+            self.world.settle(SETTLE_SECONDS)  # the arm stands; what was falling comes to rest
             status, detail, fraction = gi.STOPPED, str(error), 0.0
             self.state = gi.SAFE_STOP
         finally:

@@ -13,6 +13,7 @@ from rich.console import Console
 from grasping_invisible.data.command import run_command
 from grasping_invisible.data.progress import bar
 from grasping_invisible.runtime.errors import EXPECTED, BadInput, RobotError
+from grasping_invisible.runtime.seed import check_seed
 from grasping_invisible.sim_robot.generate import STYLES, generate_scene
 from grasping_invisible.sim_robot.piles import Kind, mesh_kind
 from grasping_invisible.sim_robot.scene import SCALE_LIMITS, save_scene, scene_names
@@ -32,8 +33,9 @@ def _list(options: argparse.Namespace) -> int:
 
 
 def _generate(options: argparse.Namespace) -> int:
-    if options.count < 1 or options.seed < 0:
-        raise BadInput("--count must be at least 1, --seed at least 0")
+    if options.count < 1:
+        raise BadInput("--count must be at least 1")
+    check_seed(options.seed)
     kind = _kind(options)
     _make_folder(options.out)
     files = [options.out / f"{options.style}-{seed}.toml" for seed in range(options.seed, options.seed + options.count)]

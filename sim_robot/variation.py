@@ -24,7 +24,7 @@ TOLERANCE = 0.0001
 
 
 def vary(scene: Scene, seed: int) -> Scene:
-    """The scene with poses jittered by up to 2 mm and 1.5 degrees, masses by 10 % and friction by 15 %.
+    """The scene with poses jittered by some 2 mm and up to 1.5 degrees, masses by 10 % and friction by 15 %.
 
     Heights and tilts stay; only x, y and yaw change. Mass and friction stay within what a scene file may say.
     The same scene and seed give the same result.

@@ -138,7 +138,11 @@ class World:
         return p.saveState(physicsClientId=self.client)
 
     def restore(self, state: int) -> None:
-        """Everything is where it was when `state` was saved, at rest. Nothing may have been removed since."""
+        """Everything is where it was when `state` was saved, at rest. Nothing may have been removed since.
+
+        Bullet keeps more between steps than it restores: the same motion from here comes out a little differently each
+        time, by some millimetres of what it moves.
+        """
         p.restoreState(state, physicsClientId=self.client)
         # Bullet looks for contacts where a sleeping object last was awake: it has to be seen awake where it is now.
         self.wake()

@@ -19,7 +19,7 @@ from grasping_invisible.sim_robot.world import TABLE_RGB
 
 Color = tuple[float, float, float]
 
-HUE_JITTER = 6.0 / 360.0  # neighbouring target colours are 24 degrees or more apart
+HUE_JITTER = 6.0 / 360.0  # neighbouring target colours are 18 degrees or more apart
 # Hues, degrees, that are none of the target colours: lime, cyan, pink.
 FOREIGN_HUES = ((78.0, 105.0), (165.0, 195.0), (312.0, 340.0))
 

@@ -12,6 +12,7 @@ from rich.table import Table
 from grasping_invisible.data.command import run_command
 from grasping_invisible.runtime.errors import EXPECTED, BadInput
 from grasping_invisible.runtime.rotation import CRITIC_INPUTS
+from grasping_invisible.runtime.seed import check_seed
 from grasping_invisible.training.checkpoint import SHIPPED, Checkpoint, checkpoint_folder
 from grasping_invisible.training.critic_design import NETWORKS, CriticDesign
 from grasping_invisible.training.experience import read_experience
@@ -29,8 +30,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    if options.seed < 0:
-        raise BadInput(f"--seed must be at least 0, not {options.seed}")
+    check_seed(options.seed)
     torch.set_num_threads(_positive(options, "threads"))
     console = Console()
     console.print(_table(options.command(options, console)))

@@ -9,6 +9,7 @@ from rich.console import Console
 from grasping_invisible.data.command import run_command
 from grasping_invisible.data.progress import bar
 from grasping_invisible.runtime.errors import EXPECTED, BadInput
+from grasping_invisible.runtime.seed import check_seed
 from grasping_invisible.training.collect import STAGES, Collection, SceneCounts, collect
 
 
@@ -58,8 +59,7 @@ def _collection(options: argparse.Namespace) -> Collection:
     )
     if collection.scenes < 1 or collection.motions < 1 or options.workers < 1:
         raise BadInput("--scenes, --motions and --workers must be at least 1")
-    if collection.seed < 1:
-        raise BadInput(f"--seed must be at least 1, not {collection.seed}: those are the scenes of gi-scenes generate")
+    check_seed(collection.seed, least=1)  # those of 0 are the scenes of gi-scenes generate
     if not 0.0 <= collection.epsilon <= 1.0:
         raise BadInput(f"--epsilon must lie within 0 and 1, not {collection.epsilon}")
     if collection.models is None and (collection.epsilon < 1.0 or collection.on_policy):

@@ -13,7 +13,16 @@ from grasping_invisible.data.progress import bar
 from grasping_invisible.runtime.bundle import load_bundle
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.run_log import in_file_name
-from grasping_invisible.training.evaluation import Trial, TrialResult, log_path, name_log, run_trials, trials_of
+from grasping_invisible.runtime.seed import MAX_SEED, check_seed
+from grasping_invisible.training.evaluation import (
+    SEEDS_APART,
+    Trial,
+    TrialResult,
+    log_path,
+    name_log,
+    run_trials,
+    trials_of,
+)
 from grasping_invisible.training.evaluation_methods import method_named
 from grasping_invisible.training.stored_results import Measured, ResultsFile
 
@@ -36,8 +45,9 @@ class Evaluation:
     log_dir: Path | None = None
 
     def __post_init__(self) -> None:
-        if self.runs < 1 or self.seed < 0:
-            raise BadInput("--runs must be at least 1, --seed at least 0")
+        if self.runs < 1:
+            raise BadInput("--runs must be at least 1")
+        check_seed(self.seed, most=MAX_SEED // SEEDS_APART - 1)
         method_named(self.method)
 
     def measured(self) -> Measured:

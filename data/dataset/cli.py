@@ -122,8 +122,8 @@ def _print(info: DatasetInfo) -> None:
     for name, values in _lines(info):
         table.add_row(Text(name), *(Text(value, justify="right") for value in values))
     out.print(table)
-    for name, reason in info.left_out.items():
-        out.print(Text(f"left out: {name}: {reason}", "red"))
+    for log in info.left_out:
+        out.print(Text(f"left out: {log.name}: {log.reason}", "red"))
 
 
 def _lines(info: DatasetInfo) -> list[tuple[str, list[str]]]:

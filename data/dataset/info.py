@@ -5,6 +5,7 @@ from typing import Any
 
 import msgspec
 
+from grasping_invisible.data.dataset.manifest import LeftOut
 from grasping_invisible.data.dataset.placement import SHARDS, split_of
 from grasping_invisible.data.dataset.reader import Dataset
 from grasping_invisible.data.shown_name import shown
@@ -38,7 +39,7 @@ class DatasetInfo(msgspec.Struct, frozen=True):
     logs: int
     copies: int
     motions_left_out: int
-    left_out: dict[str, str]
+    left_out: tuple[LeftOut, ...]
     splits: dict[str, SplitInfo]
 
 
@@ -55,7 +56,7 @@ def info_of(dataset: Dataset) -> DatasetInfo:
         logs=len(manifest.logs),
         copies=manifest.copies,
         motions_left_out=sum(log.left_out for log in manifest.logs),
-        left_out={log.name: log.reason for log in manifest.left_out},
+        left_out=manifest.left_out,
         splits={split: _split_info(dataset, split) for split in SHARDS},
     )
 

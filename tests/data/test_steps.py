@@ -57,3 +57,32 @@ def test_a_run_goes_on_over_the_parts_of_its_log(write_run) -> None:
     found = list(steps(path))
     assert [step.decision.step for step in found] == list(range(12))
     assert all(step.next_heightmaps is not None for step in found[:-1])
+
+
+def test_of_a_run_whose_start_is_lost_nothing_counts_for_the_one_before(practice, record, tmp_path) -> None:
+    """Branched collections hold one run after another, and each begins with step 0 again."""
+    first, second = practice("a", 0, steps=1)[:-1], practice("b", 0, steps=1, started_ns=1_800_000_000_000_000_000)
+    summary = (topics.RUN_SUMMARY, gi.RunSummary(run_id="a", motions=1))
+    lost = [(topic, message) for topic, message in second if topic is not topics.RUN_START]
+    for between in ([summary], []):
+        path = tmp_path / f"{len(between)}.mcap"
+        record(path, [*first, *between, *lost])
+        one, other = steps(path)
+        assert one.start is not None
+        assert (one.start.run_id, other.start) == ("a", None)
+        assert one.heightmaps == first[1][1]
+        assert one.next_heightmaps is None
+        assert other.decision == next(message for topic, message in second if topic is topics.DECISION)
+
+
+def test_what_a_step_led_to_is_not_what_the_one_after_the_next_began_with(practice, record, tmp_path) -> None:
+    left = [
+        (topic, message)
+        for topic, message in practice("a", 0, steps=3)
+        if not isinstance(message, gi.Heightmaps | gi.Decision) or message.step != 1
+    ]
+    record(tmp_path / "a.mcap", left)
+    first, third = steps(tmp_path / "a.mcap")
+    assert (first.decision.step, third.decision.step) == (0, 2)
+    assert first.heightmaps is not None
+    assert first.next_heightmaps is None

@@ -2,8 +2,10 @@ from pathlib import Path
 
 import pytest
 
+from grasping_invisible.export import bundle
 from grasping_invisible.export.bundle import export_checkpoints
 from grasping_invisible.export.cli import main
+from grasping_invisible.export.onnx_file import ParityError
 from grasping_invisible.runtime.bundle import load_bundle
 from grasping_invisible.training.checkpoint import SHIPPED, checkpoint_folder
 
@@ -16,12 +18,18 @@ def test_missing_checkpoints_are_one_line_and_exit_code_2(tmp_path: Path, capsys
     assert not (tmp_path / "out").exists()
 
 
-def test_the_shipped_checkpoints_make_the_shipped_models(tmp_path: Path) -> None:
+def test_the_shipped_checkpoints_make_the_shipped_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     manifest = export_checkpoints([checkpoint_folder(SHIPPED)], tmp_path)
     shipped = load_bundle(None, threads=1).manifest
     assert {kind: model.sha256 for kind, model in manifest.models.items()} == {
         kind: model.sha256 for kind, model in shipped.models.items()
     }
+    # What is not proven replaces nothing.
+    monkeypatch.setattr(bundle, "PROBABILITY_TOLERANCE", -1.0)
+    with pytest.raises(ParityError, match="classifier"):
+        export_checkpoints([checkpoint_folder(SHIPPED)], tmp_path)
+    assert load_bundle(tmp_path, threads=1).manifest == manifest
+    assert {path.suffix for path in tmp_path.iterdir()} == {".onnx", ".json"}
 
 
 def test_a_folder_that_gives_nothing_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

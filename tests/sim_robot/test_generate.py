@@ -52,6 +52,14 @@ def test_a_mesh_too_wide_for_a_column_is_scattered_too(basics, tmp_path):
     assert [item.kind for item in scene.objects].count("tray") == 1
 
 
+def test_a_mesh_that_its_own_frame_lifts_out_of_a_scene_is_dropped_from_elsewhere(tmp_path):
+    path = tmp_path / "far.stl"
+    trimesh.creation.box((0.12, 0.05, 0.05)).apply_translation((0.38, 0.0, 0.0)).export(path)
+    for seed in (0, 22, 46):
+        scene = generate_scene(seed, "scattered", basics=30, target_kind=mesh_kind(str(path), 1.0))
+        assert [item.kind for item in scene.objects].count("far") == 1
+
+
 def test_covered_targets_cannot_be_seen():
     for seed in range(2):
         scene = generate_scene(seed, "covered", basics=7)

@@ -177,6 +177,15 @@ def test_a_stop_ends_the_motion_and_home_is_wanted_next(make):
     assert robot.state == gi.IDLE
 
 
+def test_what_falls_when_the_arm_is_stopped_comes_to_rest(make):
+    robot = make(block(), block(color="green", z=0.076))
+    robot._on_tick = lambda seconds: robot.request_stop("test") if position_of(robot, "green")[2] < 0.07 else None
+    assert robot.execute(command(gi.PUSH, x=0.46, z=0.075)).status == gi.STOPPED
+    lies = position_of(robot, "green")
+    robot.world.step(240)
+    np.testing.assert_allclose(position_of(robot, "green"), lies, atol=1e-3)
+
+
 def test_same_seed_same_world_after_the_same_motions(make):
     def run():
         robot = make(block(yaw=0.4), block("plank", "grey", x=0.06, y=0.05, z=0.013, yaw=1.0))

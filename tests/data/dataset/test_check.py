@@ -70,6 +70,16 @@ def test_a_run_on_both_sides_is_found(dataset: Path) -> None:
     assert f"run {train['runs'][0]['run_id']} is in train and in validation" in problems(dataset)
 
 
+def test_two_runs_may_have_one_name(dataset: Path) -> None:
+    """Collections of two stages name their runs alike, and tell them apart by when they began."""
+    manifest = json.loads((dataset / FILE_NAME).read_text())
+    train, validation = manifest["shards"][0], manifest["shards"][-1]
+    validation["runs"][0]["run_id"] = train["runs"][0]["run_id"]
+    validation["runs"][0]["started_ns"] = train["runs"][0]["started_ns"] + 1
+    (dataset / FILE_NAME).write_text(json.dumps(manifest))
+    assert not any("is in train and in validation" in line for line in problems(dataset))
+
+
 @pytest.mark.parametrize(
     ("change", "complaint"),
     [

@@ -16,6 +16,7 @@ from rich.console import Console
 from grasping_invisible.data.cli import main as gi_log
 from grasping_invisible.data.dataset import rebuild as rebuilding
 from grasping_invisible.data.dataset.check import problems_of
+from grasping_invisible.data.dataset.info import info_of
 from grasping_invisible.data.dataset.manifest import BadDataset, read_manifest
 from grasping_invisible.data.dataset.placement import split_of
 from grasping_invisible.data.dataset.reader import Dataset
@@ -226,6 +227,14 @@ def test_damaged_logs_are_left_out_with_their_reason(logs: list[Path], tmp_path:
     assert reasons["now.mcap"] == "it is being written"
     assert done.manifest.rows == 21
     assert list(problems_of(Dataset(tmp_path / "ds"))) == []
+
+
+def test_logs_of_one_name_are_left_out_each(logs: list[Path], tmp_path: Path) -> None:
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "junk.mcap").write_bytes(folder.encode())
+    make(tmp_path / "ds", *logs, tmp_path / "a", tmp_path / "b")
+    assert [log.name for log in info_of(Dataset(tmp_path / "ds")).left_out] == ["junk.mcap", "junk.mcap"]
 
 
 def test_a_log_with_the_longest_name_is_taken(logs: list[Path], tmp_path: Path) -> None:
