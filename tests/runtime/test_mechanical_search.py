@@ -32,6 +32,8 @@ def test_without_the_target_the_largest_object_is_next(situation, set_models) ->
     assert covers(set_models.masks[0], asked, LARGE)
     assert not covers(set_models.masks[0], asked, SMALL)
     assert "not seen" in proposal.why
+    assert proposal.mask is not None  # the fingers are fitted to what is grasped
+    assert covers(proposal.mask, asked, LARGE)
 
 
 @pytest.mark.parametrize("quality", [LOW_QUALITY - 0.1, (LOW_QUALITY + HIGH_QUALITY) / 2])

@@ -25,9 +25,7 @@ def test_bad_input_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str
     (empty / "manifest.json").write_bytes(b"garbage" * 100)
     assert "manifest.json is not valid" in refusal(capsys, "classifier", "--dataset", empty, *out)
     assert "--steps must be at least 1" in refusal(capsys, "critic", "--dataset", empty, *out, "--steps", "0")
-    assert "--seed must be 0 to 4294967295" in refusal(
-        capsys, "critic", "--dataset", empty, *out, "--seed", "-1"
-    )
+    assert "--seed must be 0 to 4294967295" in refusal(capsys, "critic", "--dataset", empty, *out, "--seed", "-1")
     assert "--threads must be at least 1" in refusal(capsys, "critic", "--dataset", empty, *out, "--threads", "0")
     renders = ("--renders", tmp_path / "renders", *out, "--piles", "1000", "--seed", "1000")
     assert "would train on those held out, which begin with number 1000000" in refusal(capsys, "segmenter", *renders)
