@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from grasping_invisible.data.action_grid import ACTION_CELLS, ROTATIONS
 from grasping_invisible.runtime.failures import ACTS_AHEAD, REMEMBERED
 from grasping_invisible.runtime.last_seen import cells_around
 from grasping_invisible.runtime.memory import Memory
@@ -45,19 +46,19 @@ def hint_to_follow(perception: Perception, memory: Memory) -> Hint:
     return nowhere if in_vain and not perception.target_glimpsed else hint
 
 
-def raised_tips(perception: Perception, hint: Hint) -> float | NDArray[np.float32]:
-    """Height above the table, metres, of the fingertips of raised pushes: of all, or of each, (16, 112, 112).
+def raised_tips(perception: Perception, hint: Hint) -> NDArray[np.float32]:
+    """Height above the table, metres, of the fingertips of raised pushes: of each, (16, 112, 112).
 
     `RAISED_TIPS`, or for pushes towards the target just above it where it is lower, or what shows of it where that is a
     hint alone: such a push takes off what lies on it and leaves it where it is, while a low one moves both.
     """
+    tips = np.full((ROTATIONS, ACTION_CELLS, ACTION_CELLS), RAISED_TIPS, np.float32)
     if perception.target_seen:
-        where, tips = perception.mask, tips_above(top_of(perception.maps, perception.mask))
+        where, lower = perception.mask, tips_above(top_of(perception.maps, perception.mask))
     elif perception.hint.any() and hint.cells.any():
-        where, tips = hint.cells, tips_above(perception.hint_height)
+        where, lower = hint.cells, tips_above(perception.hint_height)
     else:
-        return RAISED_TIPS
-    if tips == RAISED_TIPS:
-        return RAISED_TIPS
-    towards = pushes_towards(where, perception.maps.workspace)
-    return np.where(towards, np.float32(tips), np.float32(RAISED_TIPS))
+        return tips
+    if lower < RAISED_TIPS:
+        tips[pushes_towards(where, perception.maps.workspace)] = lower
+    return tips
