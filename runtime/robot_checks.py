@@ -36,8 +36,8 @@ from grasping_invisible.runtime.workspace import Workspace
 
 LISTEN_SECONDS = 3.0
 _CLOCK_SECONDS = 1.0  # between the robot's clock and this machine's, before it is worth a word
-# Metres from the table, above or below, at which the lower parts of what is seen may be: lower than that above it the
-# fingertips do not come, and farther below it they would meet it.
+# Metres from the table's height, above or below, of the lower parts of what is seen, at most: so far above the table
+# the fingertips stay, and no farther.
 _FLOOR = MIN_TCP_HEIGHT - FINGERTIPS
 _SEEN_SHARE = 0.5  # of the workspace's cells, that a camera in the right place sees
 
