@@ -5,12 +5,14 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from google.protobuf.message import Message
 
 from grasping_invisible.data.clock import to_ns
 from grasping_invisible.data.log_reader import read_messages
 from grasping_invisible.data.log_storage import parts_of
 from grasping_invisible.data.topics import Topic
+from grasping_invisible.data.transform_message import latest_stamp
 
 _WAITING = 4  # frames wanted, of which parts may still come
 
@@ -52,8 +54,7 @@ def camera_frames(path: Path, stamps: Collection[int], topics: Collection[Topic]
 
 
 def _stamp_of(message: Message) -> int | None:
-    transforms = getattr(message, "transforms", None)
-    if transforms is not None:  # a stamp for each transform, of which the latest is the frame's
-        return max((to_ns(transform.timestamp) for transform in transforms), default=None)
+    if isinstance(message, FrameTransforms):
+        return latest_stamp(message)
     timestamp = getattr(message, "timestamp", None)
     return None if timestamp is None else to_ns(timestamp)

@@ -9,7 +9,7 @@ from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from numpy.typing import NDArray
 
-from grasping_invisible.data.clock import to_timestamp
+from grasping_invisible.data.clock import to_ns, to_timestamp
 from grasping_invisible.data.errors import BadMessage
 
 BASE_FRAME = "panda_link0"
@@ -46,6 +46,14 @@ def decode_transform(message: FrameTransforms, child: str) -> NDArray[np.float64
             return pose
     present = ", ".join(f"{t.parent_frame_id} to {t.child_frame_id}" for t in message.transforms)
     raise BadMessage(f"no transform from {BASE_FRAME} to {child}; there are: {present or 'none'}")
+
+
+def latest_stamp(message: FrameTransforms) -> int | None:
+    """The stamp of the frame that transforms belong to, nanoseconds; None without any.
+
+    Those of links that never move may keep the stamp of when they were first said.
+    """
+    return max((to_ns(transform.timestamp) for transform in message.transforms), default=None)
 
 
 def quaternion_of(rotation: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -7,7 +7,7 @@ from grasping_invisible.data.action_grid import LOW, RAISED
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.choice import Choice, best_action, best_value
 from grasping_invisible.runtime.explorer_maps import ExplorationMaps, exploration_maps
-from grasping_invisible.runtime.motion import ends_inside, keeping_inside, open_pushes, pushes_towards
+from grasping_invisible.runtime.motion import ends_inside, open_pushes, pushes_for
 from grasping_invisible.runtime.situation import Proposal, Situation
 
 
@@ -74,7 +74,7 @@ def _towards_hint(situation: Situation, allowed: NDArray[np.bool_], caveat: str)
     hint, workspace = situation.hint, situation.maps.workspace
     if not hint.cells.any():
         return allowed, caveat
-    there = keeping_inside(allowed & pushes_towards(hint.cells, workspace), hint.places, workspace)
+    there = pushes_for(allowed, hint.cells, workspace, hint.places)
     if situation.perception.target_glimpsed and there[RAISED].any():
         there[LOW] = False
         return there, f"{caveat}; it shows there, under something"

@@ -8,14 +8,13 @@ from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from google.protobuf.message import DecodeError, Message
-from google.protobuf.timestamp_pb2 import Timestamp
 
 from grasping_invisible.data.calibration_message import decode_calibration, encode_calibration
 from grasping_invisible.data.clock import to_ns
 from grasping_invisible.data.errors import BadMessage
 from grasping_invisible.data.images import CAMERA_FRAME, decode_color, decode_depth, encode_color, encode_depth
 from grasping_invisible.data.topics import CAMERA_INFO, COLOR_IMAGE, DEPTH_IMAGE, TRANSFORMS, Topic
-from grasping_invisible.data.transform_message import decode_transform
+from grasping_invisible.data.transform_message import decode_transform, latest_stamp
 from grasping_invisible.runtime.errors import RobotError
 from grasping_invisible.runtime.frame import Camera, RgbdFrame
 
@@ -84,19 +83,18 @@ class FrameSets:
         try:
             if topic is COLOR_IMAGE:
                 color = CompressedImage.FromString(payload)
-                self._at(color.timestamp).color = color
+                self._at(to_ns(color.timestamp)).color = color
             elif topic is DEPTH_IMAGE:
                 depth = RawImage.FromString(payload)
-                self._at(depth.timestamp).depth = depth
+                self._at(to_ns(depth.timestamp)).depth = depth
             elif topic is CAMERA_INFO:
                 info = CameraCalibration.FromString(payload)
-                self._at(info.timestamp).info = info
+                self._at(to_ns(info.timestamp)).info = info
             elif topic is TRANSFORMS:
                 message = FrameTransforms.FromString(payload)
-                if message.transforms:
-                    # Those of links that never move may keep the stamp of when they were first said.
-                    latest = max((transform.timestamp for transform in message.transforms), key=to_ns)
-                    self._at(latest).transforms = message
+                stamp = latest_stamp(message)
+                if stamp is not None:
+                    self._at(stamp).transforms = message
         except DecodeError:
             return
 
@@ -114,8 +112,8 @@ class FrameSets:
         candidates = [parts.missing for stamp, parts in self._sets.items() if stamp >= stamp_ns]
         return min(candidates, key=len, default=FrameParts().missing)
 
-    def _at(self, timestamp: Timestamp) -> FrameParts:
-        parts = self._sets.setdefault(to_ns(timestamp), FrameParts())
+    def _at(self, stamp_ns: int) -> FrameParts:
+        parts = self._sets.setdefault(stamp_ns, FrameParts())
         while len(self._sets) > _KEPT:
             self._sets.popitem(last=False)
         return parts

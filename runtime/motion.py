@@ -87,7 +87,8 @@ def push_heights(maps: Heightmaps, raised_tips: float | NDArray[np.float32] = RA
     (16, 112, 112).
     """
     above = np.float32(PUSH_CLEARANCE + FINGERTIPS)
-    low = np.maximum(_footprint_heights(maps) + above, np.float32(MIN_TCP_HEIGHT))
+    under = _heights_under(_highest(maps), FINGERS_ALONG, FINGERS_ACROSS, maps.workspace)
+    low = np.maximum(under + above, np.float32(MIN_TCP_HEIGHT))
     return np.stack([low, np.maximum(low, np.asarray(raised_tips, np.float32) + np.float32(FINGERTIPS))])
 
 
@@ -103,7 +104,7 @@ def feasible_pushes(maps: Heightmaps, heights: NDArray[np.float32]) -> NDArray[n
     met = _points_met(highest, heights - np.float32(FINGERTIPS - PUSH_OVERLAP), maps.workspace)
     moves = met >= POINTS_MET
     moves[RAISED] &= heights[RAISED] > heights[LOW]
-    comes_down = heights >= _palm_heights(highest, maps.workspace) - np.float32(PALM)
+    comes_down = heights >= _heights_under(highest, PALM_ALONG, PALM_ACROSS, maps.workspace) - np.float32(PALM)
     return open_pushes(maps.workspace, heights) & moves & comes_down
 
 
@@ -135,6 +136,20 @@ def pushes_towards(mask: NDArray[np.bool_], workspace: Workspace) -> NDArray[np.
     distance = np.asarray(blocks(distance_to(mask)).min(axis=(1, 3)) * workspace.resolution, np.float32)
     nearest = np.stack([cv2.erode(distance, _way(k, cell)) for k in range(ROTATIONS)])
     return (nearest <= PUSH_NEARNESS) & ((nearest < distance) | (distance <= BORDER_WIDTH))
+
+
+def pushes_for(
+    pushes: NDArray[np.bool_],
+    mask: NDArray[np.bool_],
+    workspace: Workspace,
+    places: Sequence[tuple[float, float]] | None = None,
+) -> NDArray[np.bool_]:
+    """Of pushes (..., 16, 112, 112) those towards a target under a mask, (N, N), that keep it inside the workspace.
+
+    `places`: where its middle may be, (x, y) in the base frame, metres; None: in the middle of the mask.
+    """
+    middles = (workspace.middle_of(mask),) if places is None else places
+    return keeping_inside(pushes & pushes_towards(mask, workspace), middles, workspace)
 
 
 def keeping_inside(
@@ -197,18 +212,15 @@ def low_grasps(maps: Heightmaps, grasps: NDArray[np.bool_]) -> NDArray[np.bool_]
     return low
 
 
-def _footprint_heights(maps: Heightmaps) -> NDArray[np.float32]:
-    """The greatest height under the closed fingers at every cell, for every rotation: (16, 112, 112)."""
-    highest = _highest(maps)
-    cell = maps.workspace.size / ACTION_CELLS
-    half_turn = [cv2.dilate(highest, _rectangle(k, cell, FINGERS_ALONG, FINGERS_ACROSS)) for k in range(ROTATIONS // 2)]
-    return np.stack(half_turn + half_turn).astype(np.float32)
+def _heights_under(
+    highest: NDArray[np.float32], length: float, width: float, workspace: Workspace
+) -> NDArray[np.float32]:
+    """The greatest height under a rectangle, as `_rectangle` has it, at every cell, for every rotation: (16, 112, 112).
 
-
-def _palm_heights(highest: NDArray[np.float32], workspace: Workspace) -> NDArray[np.float32]:
-    """The greatest height under the hand itself at every cell, for every rotation: (16, 112, 112)."""
+    `highest`: of `_highest`.
+    """
     cell = workspace.size / ACTION_CELLS
-    half_turn = [cv2.dilate(highest, _rectangle(k, cell, PALM_ALONG, PALM_ACROSS)) for k in range(ROTATIONS // 2)]
+    half_turn = [cv2.dilate(highest, _rectangle(k, cell, length, width)) for k in range(ROTATIONS // 2)]
     return np.stack(half_turn + half_turn).astype(np.float32)
 
 

@@ -9,7 +9,7 @@ from grasping_invisible.data.action_grid import feasible_grasps
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.choice import Choice, best_action, best_value
 from grasping_invisible.runtime.critic import QMaps
-from grasping_invisible.runtime.motion import keeping_inside, low_grasps, pushes_towards
+from grasping_invisible.runtime.motion import low_grasps, pushes_for
 from grasping_invisible.runtime.situation import Situation
 
 
@@ -59,11 +59,10 @@ def instead(preferred: gi.MotionKind, kind: gi.MotionKind) -> str:
 def options_for(situation: Situation, mask: NDArray[np.bool_]) -> Options | None:
     """What can be done for an object under a mask (N, N), as its critic values it; None where nothing can."""
     workspace = situation.maps.workspace
-    towards = situation.pushes & pushes_towards(mask, workspace)
     return options_among(
         situation,
         situation.q_maps(mask),
-        keeping_inside(towards, (workspace.middle_of(mask),), workspace),
+        pushes_for(situation.pushes, mask, workspace),
         feasible_grasps(mask, workspace.resolution),
     )
 

@@ -156,11 +156,7 @@ def _view(frame: RgbdFrame, workspace: Workspace) -> Check:
 
 def _colors(labels: NDArray[np.uint8]) -> Check:
     """A remark, as only a person knows what lies there; one camera's red is blue where a driver swaps channels."""
-    pixels = {
-        name: int(np.count_nonzero(target_patches(labels == index)))
-        for index, name in enumerate(CLASSES)
-        if name in TARGET_COLORS
-    }
+    pixels = {name: int(np.count_nonzero(target_patches(labels == CLASSES.index(name)))) for name in TARGET_COLORS}
     seen = [f"{name} ({count} px)" for name, count in pixels.items() if count >= MIN_TARGET_PIXELS]
     return Check("colours", None, f"the segmenter sees {', '.join(seen) or 'no target'}; is that what lies there?")
 

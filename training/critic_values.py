@@ -12,10 +12,9 @@ from grasping_invisible.runtime.critic import QMaps
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.motion import (
     feasible_pushes,
-    keeping_inside,
     low_grasps,
     push_heights,
-    pushes_towards,
+    pushes_for,
     tips_above,
     top_of,
 )
@@ -70,8 +69,7 @@ def best_values(q: QMaps, maps: Heightmaps, mask: NDArray[np.bool_]) -> tuple[fl
     `mask`: (N, N) bool, not all false: where what they are for is.
     """
     heights = push_heights(maps, tips_above(top_of(maps, mask)))
-    towards = feasible_pushes(maps, heights) & pushes_towards(mask, maps.workspace)
-    push = best_value(q.push, keeping_inside(towards, (maps.workspace.middle_of(mask),), maps.workspace))
+    push = best_value(q.push, pushes_for(feasible_pushes(maps, heights), mask, maps.workspace))
     grasp = best_value(q.grasp, low_grasps(maps, feasible_grasps(mask, maps.workspace.resolution)))
     return push or 0.0, grasp or 0.0
 

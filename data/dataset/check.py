@@ -42,13 +42,12 @@ def problems_of(dataset: Dataset) -> Iterator[str]:
 
 
 def _on_both_sides(dataset: Dataset) -> Iterator[str]:
-    sides: dict[tuple[str, int], set[str]] = {}
     places: dict[tuple[str, int], set[str]] = {}
     for shard in dataset.manifest.shards:
         for run in shard.runs:
-            sides.setdefault((run.run_id, run.started_ns), set()).add(split_of(shard.path))
             places.setdefault((run.run_id, run.started_ns), set()).add(shard.path)
-    for (run_id, _), splits in sides.items():
+    for (run_id, _), paths in places.items():
+        splits = {split_of(path) for path in paths}
         if len(splits) > 1:
             yield f"run {run_id} is in {' and in '.join(sorted(splits, key=lambda split: split == VALIDATION))}"
     for (run_id, _), paths in places.items():
