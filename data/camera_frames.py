@@ -10,7 +10,6 @@ from google.protobuf.message import Message
 
 from grasping_invisible.data.clock import to_ns
 from grasping_invisible.data.log_reader import read_messages
-from grasping_invisible.data.log_storage import parts_of
 from grasping_invisible.data.topics import Topic
 from grasping_invisible.data.transform_message import latest_stamp
 
@@ -34,13 +33,9 @@ def camera_frames(path: Path, stamps: Collection[int], topics: Collection[Topic]
     keys = {topic.key for topic in topics}
     wanted = set(stamps)
     incomplete: OrderedDict[int, LoggedFrame] = OrderedDict()
-    for part in parts_of(path):
-        if not wanted:
-            break
-        for logged in read_messages(part, keys):
-            stamp = _stamp_of(logged.message)
-            if stamp not in wanted:
-                continue
+    for logged in read_messages(path, keys):
+        stamp = _stamp_of(logged.message)
+        if stamp in wanted:
             frame = incomplete.setdefault(stamp, LoggedFrame(stamp))
             frame.messages[logged.topic] = logged.message
             if len(frame.messages) == len(keys):
@@ -50,6 +45,8 @@ def camera_frames(path: Path, stamps: Collection[int], topics: Collection[Topic]
                 late, lacking = incomplete.popitem(last=False)
                 wanted.remove(late)
                 yield lacking
+        if not wanted:
+            break
     yield from incomplete.values()
 
 

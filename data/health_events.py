@@ -6,7 +6,6 @@ from pathlib import Path
 
 from grasping_invisible.data.log_commands import wording
 from grasping_invisible.data.log_reader import LoggedMessage, read_messages
-from grasping_invisible.data.log_storage import parts_of
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.topics import ROBOT_HEALTH, RUNTIME_HEALTH
 
@@ -21,9 +20,8 @@ _SPEAKERS = {ROBOT_HEALTH.key: "robot", RUNTIME_HEALTH.key: "runtime"}
 def health_events(log: Path, begins_ns: int) -> list[str]:
     """What the heartbeats in a log say, a line each; reads most of it. Raises `BadLog`."""
     watch = HealthWatch(begins_ns)
-    for part in parts_of(log):
-        for logged in read_messages(part, HEALTH_TOPICS):
-            watch.take(logged)
+    for logged in read_messages(log, HEALTH_TOPICS):
+        watch.take(logged)
     return list(watch.events())
 
 

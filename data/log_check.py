@@ -11,7 +11,7 @@ from grasping_invisible.data import topics
 from grasping_invisible.data.clock import to_ns
 from grasping_invisible.data.health_events import HealthWatch
 from grasping_invisible.data.log_file import is_being_written
-from grasping_invisible.data.log_reader import LoggedMessage, LogReader
+from grasping_invisible.data.log_reader import LoggedMessage, counts_by_topic, readers_of
 from grasping_invisible.data.log_recovery import RECOVERED
 from grasping_invisible.data.log_storage import parts_of
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
@@ -46,8 +46,7 @@ def check_log(path: Path, told: Callable[[int, int], None] | None = None) -> Che
     parts = parts_of(path)
     size = sum(part.stat().st_size for part in parts if part.exists())
     metadata: dict[str, dict[str, str]] = {}
-    for part in parts:
-        reader = LogReader(part)
+    for reader in readers_of(path):
         for number, logged in enumerate(reader.messages()):
             story.take(logged)
             health.take(logged)
@@ -55,14 +54,17 @@ def check_log(path: Path, told: Callable[[int, int], None] | None = None) -> Che
                 told(read + reader.position, size)
         for topic, sequences in reader.undecodable.items():
             story.count(topic, sequences)  # said to be damage; they are not missing as well
-        read += part.stat().st_size
+        read += reader.path.stat().st_size
         metadata |= reader.metadata
-        problems += [f"{part.name}: {line}" for line in reader.damage]
+        problems += [f"{reader.path.name}: {line}" for line in reader.damage]
     if is_being_written(parts[-1]):
         problems.append(f"{parts[-1].name}: still being written")
     found = list(story.contradictions())
     if PART in metadata:  # only our recorder promises sequence numbers without gaps
-        found = [*story.missing(metadata.get(DROPPED, {})), *found]
+        written = metadata.get(DROPPED, {})
+        dropped = counts_by_topic(written)
+        unknown = [f"how many messages of {topic} were dropped is damaged" for topic in written.keys() - dropped.keys()]
+        found = [*sorted(unknown), *story.missing(dropped), *found]
     events = [*health.events(), *story.incomplete_frames()]
     recovered = metadata.get(RECOVERED)
     if recovered is None:
@@ -94,9 +96,9 @@ class _Story:
         self.counts[topic] += len(sequences)
         self.last_sequence[topic] = max(self.last_sequence.get(topic, -1), *sequences)
 
-    def missing(self, dropped: dict[str, str]) -> Iterator[str]:
+    def missing(self, dropped: dict[str, int]) -> Iterator[str]:
         for topic in sorted({*self.counts, *dropped}):
-            known = int(dropped.get(topic, "0"))
+            known = dropped.get(topic, 0)
             gaps = self.last_sequence.get(topic, -1) + 1 - self.counts[topic]
             if known:
                 yield f"{topic}: {known} messages were dropped while recording"

@@ -1,6 +1,7 @@
 """One MCAP file while it is being written."""
 
 import fcntl
+import os
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -37,6 +38,7 @@ class LogFile:
             self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES)
             self._writer.start(profile="", library="grasping-invisible")
             self._writer.flush()
+            os.fsync(self._file.fileno())  # nor does a power cut leave it there empty
             beginning.rename(path)
         except OSError as error:
             raise RecordingError(f"cannot create log {path}: {error.strerror}") from None

@@ -13,6 +13,7 @@ from mcap.records import Message as RawMessage
 from mcap_protobuf.decoder import DecoderFactory
 
 from grasping_invisible.data.errors import BadLog
+from grasping_invisible.data.log_storage import parts_of
 from grasping_invisible.data.mcap_scan import McapScan
 from grasping_invisible.data.regular_file import open_regular
 from grasping_invisible.data.topics import BY_KEY
@@ -29,6 +30,11 @@ class LoggedMessage:
     log_time_ns: int
     publish_time_ns: int
     sequence: int
+
+
+def counts_by_topic(written: dict[str, str]) -> dict[str, int]:
+    """Metadata that counts messages by topic, without what damage has made of them that is no number."""
+    return {topic: int(count) for topic, count in written.items() if count.isdecimal()}
 
 
 class TopicContent(msgspec.Struct, frozen=True):
@@ -156,9 +162,43 @@ class LogReader:
             raise BadLog(f"cannot read log {self.path}: {error.strerror}") from None
 
 
-def read_messages(path: Path, topics: Collection[str] | None = None) -> Iterator[LoggedMessage]:
-    """What can be read of the log at `path`, in order. Raises `BadLog` when that is nothing at all."""
-    return LogReader(path).messages(topics)
+class _NoLog(LogReader):
+    """Stands for a file that cannot be read as a log: nothing but damage."""
+
+    def __init__(self, path: Path, why: str) -> None:
+        self.path = path
+        self.complete = False
+        self.damage = [why]
+        self.metadata = {}
+        self.undecodable = {}
+        self.position = 0
+
+    def contents(self) -> LogContents:
+        return LogContents({}, 0, 0)
+
+    def raw_messages(
+        self, topics: Collection[str] | None = None
+    ) -> Iterator[tuple[Schema | None, Channel, RawMessage]]:
+        return iter(())
+
+
+def readers_of(first: Path) -> Iterator[LogReader]:
+    """A reader of each part of the log that begins at `first`, in order. Raises `BadLog` where that is no log.
+
+    A later part that is no log, as a power cut may leave one, is damage: what comes before it can be read all the same.
+    """
+    yield LogReader(first)
+    for part in parts_of(first)[1:]:
+        try:
+            yield LogReader(part)
+        except BadLog as error:
+            yield _NoLog(part, str(error).removeprefix(f"{part} "))
+
+
+def read_messages(first: Path, topics: Collection[str] | None = None) -> Iterator[LoggedMessage]:
+    """What can be read of the log that begins at `first`, over all its parts, in order. Raises `BadLog`."""
+    for reader in readers_of(first):
+        yield from reader.messages(topics)
 
 
 def _count(found: dict[str, TopicContent], schema: Schema | None, channel: Channel, messages: int) -> None:

@@ -6,7 +6,7 @@ import msgspec
 
 from grasping_invisible.data import topics
 from grasping_invisible.data.log_file import is_being_written
-from grasping_invisible.data.log_reader import LogReader, TopicContent
+from grasping_invisible.data.log_reader import TopicContent, counts_by_topic, readers_of
 from grasping_invisible.data.log_storage import parts_of
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.recorder import DROPPED, LOST
@@ -73,8 +73,7 @@ def summarise(path: Path) -> LogSummary:
     times: list[int] = []
     complete = True
     parts = parts_of(path)
-    for part in parts:
-        reader = LogReader(part)
+    for reader in readers_of(path):
         contents = reader.contents()
         for logged in reader.messages(_TOPICS):
             if isinstance(logged.message, gi.RunStart):
@@ -84,7 +83,7 @@ def summarise(path: Path) -> LogSummary:
         if contents.topics:
             times += [contents.begins_ns, contents.ends_ns]
         complete = complete and reader.complete
-        damage += reader.damage
+        damage += [f"{reader.path.name}: {line}" if len(parts) > 1 else line for line in reader.damage]
         dropped = _counts(reader.metadata.get(DROPPED), dropped)
         lost = _counts(reader.metadata.get(LOST), lost)
         for topic, content in contents.topics.items():
@@ -118,7 +117,7 @@ def _counts(written: dict[str, str] | None, before: dict[str, int]) -> dict[str,
     # Counts are of the whole run so far, so the last part's are the run's.
     if written is None:
         return before
-    return {topic: int(count) for topic, count in written.items() if count.isdecimal()}
+    return counts_by_topic(written)
 
 
 def _run_facts(start: gi.RunStart) -> RunFacts:

@@ -37,11 +37,11 @@ class RecordingSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True)
     its parts, while a log being written stays whole.
     """
 
-    queue_bytes: int = 64 << 20
+    queue_bytes: Annotated[int, msgspec.Meta(ge=1_000_000)] = 64 << 20
     flush_seconds: Annotated[float, msgspec.Meta(ge=0, le=3600)] = 0.4
-    part_bytes: int | None = None
-    part_seconds: float | None = None
-    folder_bytes: int | None = None
+    part_bytes: Annotated[int, msgspec.Meta(ge=1_000_000)] | None = None
+    part_seconds: Annotated[float, msgspec.Meta(ge=1, le=1e9)] | None = None
+    folder_bytes: Annotated[int, msgspec.Meta(ge=0)] | None = None
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,6 @@ from grasping_invisible.data.log_summary import LogSummary, summarise
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.report_pictures import Motion, Panel
 from grasping_invisible.data.report_steps import (
-    EXPLORER,
     StepHead,
     StepReport,
     decoded,
@@ -27,6 +26,7 @@ from grasping_invisible.data.report_steps import (
     step_head,
     step_report,
 )
+from grasping_invisible.data.run_names import EXPLORER
 from grasping_invisible.data.shown_name import shown
 from grasping_invisible.data.steps import steps
 from grasping_invisible.data.topics import CAMERA_INFO, COLOR_IMAGE, SEGMENTATION, TRANSFORMS

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasping_invisible.data import report_pictures as pictures
-from grasping_invisible.data.action_grid import RAISED
+from grasping_invisible.data.action_grid import PUSH_LENGTH, RAISED
 from grasping_invisible.data.clock import to_ns
 from grasping_invisible.data.errors import BadMessage
 from grasping_invisible.data.extensions import REPORT_MAPS, extensions
@@ -18,6 +18,7 @@ from grasping_invisible.data.log_commands import wording
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.q_map_message import QMapArrays, decode_q_maps
 from grasping_invisible.data.report_pictures import Motion, Panel
+from grasping_invisible.data.run_names import EXPLORER
 from grasping_invisible.data.steps import LoggedStep
 
 # Maps that another package can add to a step: stacks (rotations, R, C) by name, of which the last was decided from.
@@ -25,9 +26,6 @@ MapMaker = Callable[[HeightmapArrays, QMapArrays, gi.Decision], Mapping[str, NDA
 
 M = TypeVar("M")
 T = TypeVar("T")
-
-EXPLORER = "explorer"  # the policy while the target is out of sight
-_PUSH_LENGTH = 0.10  # metres; for a decision whose command the log does not hold
 
 
 @dataclass(frozen=True)
@@ -138,7 +136,7 @@ def motion_of(step: LoggedStep) -> Motion:
     """What is drawn of a step's decision."""
     decision = step.decision
     position = decision.position.x, decision.position.y, decision.position.z
-    length = step.command.length if step.command is not None else _PUSH_LENGTH
+    length = step.command.length if step.command is not None else PUSH_LENGTH
     return Motion(decision.kind, position, decision.yaw, length)
 
 

@@ -7,8 +7,7 @@ from pathlib import Path
 
 from grasping_invisible.data import topics
 from grasping_invisible.data.clock import to_ns
-from grasping_invisible.data.log_reader import LoggedMessage, LogReader
-from grasping_invisible.data.log_storage import parts_of
+from grasping_invisible.data.log_reader import LoggedMessage, readers_of
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 
 _TOPICS = (
@@ -55,8 +54,7 @@ def steps(path: Path, wanted: Collection[str] = _TOPICS, damage: list[str] | Non
     nothing can be read.
     """
     run = _Run()
-    for part in parts_of(path):
-        reader = LogReader(part)
+    for reader in readers_of(path):
         for logged in reader.messages(wanted):
             if isinstance(logged.message, gi.RunStart):
                 yield from run.finish()
@@ -67,7 +65,7 @@ def steps(path: Path, wanted: Collection[str] = _TOPICS, damage: list[str] | Non
                 run = _Run()
             yield from run.take(logged)
         if damage is not None:
-            damage += [f"{part.name}: {line}" for line in reader.damage]
+            damage += [f"{reader.path.name}: {line}" for line in reader.damage]
     yield from run.finish()
 
 

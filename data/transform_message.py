@@ -34,18 +34,22 @@ def encode_transforms(base_from_frame: Mapping[str, NDArray[np.float64]], stamp_
 
 
 def decode_transform(message: FrameTransforms, child: str) -> NDArray[np.float64]:
-    """The 4 x 4 pose of frame `child` in the base frame, metres. Raises `BadMessage` when it is not there."""
-    for transform in message.transforms:
-        if transform.parent_frame_id == BASE_FRAME and transform.child_frame_id == child:
-            pose = np.eye(4)
-            rotation, translation = transform.rotation, transform.translation
-            pose[:3, :3] = rotation_of(np.array([rotation.x, rotation.y, rotation.z, rotation.w]))
-            pose[:3, 3] = translation.x, translation.y, translation.z
-            if not np.isfinite(pose).all():
-                raise BadMessage(f"the transform from {BASE_FRAME} to {child} is not finite")
-            return pose
-    present = ", ".join(f"{t.parent_frame_id} to {t.child_frame_id}" for t in message.transforms)
-    raise BadMessage(f"no transform from {BASE_FRAME} to {child}; there are: {present or 'none'}")
+    """The 4 x 4 pose of frame `child` in the base frame, metres, as it was last: a message may hold several.
+
+    Raises `BadMessage` when it is not there.
+    """
+    known = [t for t in message.transforms if t.parent_frame_id == BASE_FRAME and t.child_frame_id == child]
+    if not known:
+        present = ", ".join(f"{t.parent_frame_id} to {t.child_frame_id}" for t in message.transforms)
+        raise BadMessage(f"no transform from {BASE_FRAME} to {child}; there are: {present or 'none'}")
+    latest = max(known, key=lambda transform: to_ns(transform.timestamp))
+    rotation, translation = latest.rotation, latest.translation
+    pose = np.eye(4)
+    pose[:3, :3] = rotation_of(np.array([rotation.x, rotation.y, rotation.z, rotation.w]))
+    pose[:3, 3] = translation.x, translation.y, translation.z
+    if not np.isfinite(pose).all():
+        raise BadMessage(f"the transform from {BASE_FRAME} to {child} is not finite")
+    return pose
 
 
 def latest_stamp(message: FrameTransforms) -> int | None:

@@ -26,7 +26,7 @@ PROGRAMS: dict[str, Callable[[list[str]], int]] = {
 
 
 class StageRecord(msgspec.Struct):
-    """What is known of a stage that was begun. `seconds`: of all attempts, interrupted ones too."""
+    """What is known of a stage that was begun. `seconds`: of all attempts, interrupted ones too but not killed ones."""
 
     name: str
     program: str
@@ -59,6 +59,7 @@ def carry_out(stages: list[Stage], folder: Path, workers: int, console: Console)
             continue
         if index == len(record.stages):
             record.stages.append(StageRecord(stage.name, stage.program, _recorded(stage)))
+            _write(folder, record)  # what is killed from here on is known to have begun
         code = _do(stage, record.stages[index], record, folder, workers, title, console)
         if code != 0:
             return code

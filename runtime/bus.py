@@ -41,10 +41,11 @@ class Bus:
     def publish(self, topic: Topic, message: Message) -> bytes:
         """Say `message` under `topic`; its bytes. A link that has gone is no error here: health watches it."""
         payload = message.SerializeToString(deterministic=True)
-        if self._session is not None:
+        session = self._session  # another thread may disconnect meanwhile
+        if session is not None:
             number = self._said[topic.key]
             self._said[topic.key] += 1
-            put(self._session, topic, payload, number)
+            put(session, topic, payload, number)
         self.deliver(topic, payload)
         return payload
 

@@ -35,6 +35,7 @@ def _parser() -> argparse.ArgumentParser:
 def _check(options: argparse.Namespace) -> int:
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
     from grasping_invisible.runtime.bundle import load_bundle
     from grasping_invisible.runtime.config import Config, load_config
@@ -46,7 +47,7 @@ def _check(options: argparse.Namespace) -> int:
     table = Table("check", "result", "detail")
     for check in checks:
         result = {True: "[green]passed", False: "[red]failed", None: "[yellow]note"}[check.passed]
-        table.add_row(check.name, result, check.detail)
+        table.add_row(check.name, result, Text(check.detail))  # a robot's own words are no markup
     Console(soft_wrap=False).print(table)
     return 1 if any(check.passed is False for check in checks) else 0
 

@@ -2,7 +2,6 @@
 
 import math
 import time
-from contextlib import suppress
 from typing import TextIO
 
 from foxglove_schemas_protobuf.Log_pb2 import Log
@@ -26,6 +25,10 @@ _KIND_STYLE = {gi.PUSH: "bold yellow", gi.GRASP: "bold green"}
 class _Output(Console):
     def on_broken_pipe(self) -> None:
         """A watcher who leaves must not stop a robot; rich would end the process."""
+        self.give_up()
+
+    def give_up(self) -> None:
+        """Print no more, nor what is still to be flushed when the process ends."""
         self.quiet = True
         let_go(self.file)
 
@@ -38,10 +41,12 @@ class RunConsole:
         self._bus = bus
 
     def say(self, text: str | Text) -> None:
-        """Print a line. A terminal that has gone is no reason to lose the run or its log."""
+        """Print a line. A terminal that has gone, or a full disk behind it, is no reason to lose the run or its log."""
         line = text if isinstance(text, Text) else Text(text)
-        with suppress(OSError):
+        try:
             self._console.print(line)
+        except OSError:
+            self._console.give_up()
         message = Log(timestamp=to_timestamp(time.time_ns()), level=Log.INFO, message=line.plain, name="gi-runtime")
         self._bus.publish(CONSOLE, message)
 

@@ -9,8 +9,9 @@ from dataclasses import dataclass, field
 from grasping_invisible.data.action_grid import ACTION_CELLS, PUSH_LENGTH, RAISED, rotation_angle
 from grasping_invisible.data.classes import TARGET_COLORS
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.data.run_names import COORDINATOR, EXPLORER
 from grasping_invisible.runtime.critic import QMaps
-from grasping_invisible.runtime.decision_record import COORDINATOR, EXPLORER, Decision
+from grasping_invisible.runtime.decision_record import Decision
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.explorer_maps import ExplorationMaps
 from grasping_invisible.runtime.frame import RgbdFrame

@@ -8,10 +8,6 @@ from grasping_invisible.data.clock import to_timestamp
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.memory import Memory, memory_message
 
-# The two policies, and the names of their default methods.
-EXPLORER = "explorer"
-COORDINATOR = "coordinator"
-
 
 @dataclass(frozen=True)
 class Decision:

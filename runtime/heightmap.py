@@ -40,7 +40,7 @@ def project(frame: RgbdFrame, labels: NDArray[np.uint8], workspace: Workspace) -
     cells = workspace.cells
     rays = _rays_of(frame.camera, workspace)
     rows, columns, heights, inside = _points(frame, rays, workspace)
-    pixels = np.flatnonzero(inside)
+    pixels = np.flatnonzero(inside & (heights <= MAX_HEIGHT))
 
     cell = rows.ravel()[pixels].astype(np.int64) * cells + columns.ravel()[pixels].astype(np.int64)
     height = np.maximum(heights.ravel()[pixels], 0.0)
@@ -83,7 +83,7 @@ def shown_points(frame: RgbdFrame, pixels: NDArray[np.bool_], workspace: Workspa
     """The points of some camera pixels, (height, width) bool."""
     rays = _rays_of(frame.camera, workspace)
     rows, columns, heights, inside = _points(frame, rays, workspace)
-    shown = inside & pixels[rays.window]
+    shown = inside & (heights <= MAX_HEIGHT) & pixels[rays.window]
     flat = rows[shown].astype(np.intp) * workspace.cells + columns[shown].astype(np.intp)
     over = np.bincount(flat, minlength=workspace.cells**2).reshape(workspace.cells, workspace.cells)
     highest = float(np.percentile(heights[shown], HIGHEST_PERCENTILE)) if shown.any() else 0.0
@@ -93,9 +93,10 @@ def shown_points(frame: RgbdFrame, pixels: NDArray[np.bool_], workspace: Workspa
 def points_in(
     frame: RgbdFrame, workspace: Workspace, step: int
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-    """Row and column in the heightmap, fractional, and height above the table, metres, of points in the workspace.
+    """Row and column in the heightmap, fractional, and height above the table, metres, of points over the workspace.
 
-    Of every pixel in `step` along rows and columns; (P,) each. Points below the table have a negative height.
+    Of every pixel in `step` along rows and columns; (P,) each. Points below the table have a negative height, and
+    unlike in heightmaps none are left out for being too high.
     """
     rows, columns, heights, inside = _points(frame, _rays_of(frame.camera, workspace), workspace, step)
     return rows[inside], columns[inside], heights[inside]
@@ -120,14 +121,14 @@ class _Rays:
 def _points(
     frame: RgbdFrame, rays: _Rays, workspace: Workspace, step: int = 1
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
-    """Of the window's pixels: row and column, fractional; height, metres; whether it is part of the clutter."""
+    """Of the window's pixels: row and column, fractional; height, metres; whether it is measured over the workspace."""
     sampled = np.s_[::step, ::step]
     cells, depth = workspace.cells, frame.depth[rays.window][sampled]
     rows = depth * rays.row[sampled] + rays.origin_row
     columns = depth * rays.column[sampled] + rays.origin_column
     heights = depth * rays.height[sampled] + rays.origin_height
     inside = (rows >= 0) & (rows < cells) & (columns >= 0) & (columns < cells)
-    return rows, columns, heights, inside & (heights <= MAX_HEIGHT) & (depth > 0)
+    return rows, columns, heights, inside & (depth > 0)
 
 
 def _rays_of(camera: Camera, workspace: Workspace) -> _Rays:

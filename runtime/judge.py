@@ -10,7 +10,8 @@ from grasping_invisible.data.clock import to_timestamp
 from grasping_invisible.data.grasp_result import mostly_gone
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.rewards import freed_cells
-from grasping_invisible.runtime.decision_record import EXPLORER, Decision
+from grasping_invisible.data.run_names import EXPLORER
+from grasping_invisible.runtime.decision_record import Decision
 from grasping_invisible.runtime.failures import REMEMBERED, acts_at
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.last_seen import last_seen_after

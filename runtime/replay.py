@@ -10,8 +10,7 @@ from google.protobuf.message import Message
 
 from grasping_invisible.data.camera_frames import LoggedFrame, camera_frames
 from grasping_invisible.data.clock import to_ns
-from grasping_invisible.data.log_reader import LogReader
-from grasping_invisible.data.log_storage import parts_of
+from grasping_invisible.data.log_reader import readers_of
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.topics import CAMERA_INFO, COLOR_IMAGE, DECISION, DEPTH_IMAGE, RUN_START, TRANSFORMS
 from grasping_invisible.runtime.config import parse_config
@@ -90,8 +89,7 @@ def read_decisions(path: Path) -> LoggedDecisions:
     start: gi.RunStart | None = None
     decisions: list[tuple[gi.Decision, gi.RunStart | None]] = []
     damage: list[str] = []
-    for part in parts_of(path):
-        reader = LogReader(part)
+    for reader in readers_of(path):
         for logged in reader.messages((RUN_START.key, DECISION.key)):
             if isinstance(logged.message, gi.RunStart):
                 start = logged.message

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from grasping_invisible.data.heightmap_message import HeightmapArrays
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.q_map_message import QMapArrays
-from grasping_invisible.runtime.decision_record import EXPLORER
+from grasping_invisible.data.run_names import EXPLORER
 from grasping_invisible.runtime.explorer_maps import FACTORS, exploration_maps
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.memory import memory_from_message

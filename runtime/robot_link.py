@@ -291,7 +291,8 @@ class ZenohRobot:
             consolidation=zenoh.ConsolidationMode.NONE,
         )
         deadline = time.monotonic() + self._settings.reply_seconds + 0.5
-        while not finished.wait(_TICK) and not replies and time.monotonic() < deadline:
+        # A second robot may answer later than the first: it is over when every one has, or can no longer.
+        while not finished.wait(_TICK) and time.monotonic() < deadline:
             self._check_robot()
         if not replies:
             # A robot that died answers nothing, and that it is gone may be heard a moment later.
@@ -299,7 +300,6 @@ class ZenohRobot:
                 self._changed.wait_for(lambda: self._gone, _LAST_NEWS)
             self._check_robot()
             raise LinkError(f"the robot did not answer command {command.id}")
-        finished.wait(_TICK)
         for reply in replies:
             self._bus.deliver(COMMAND_REPLY, reply)
         if len(replies) > 1:

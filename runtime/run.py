@@ -11,6 +11,7 @@ import msgspec
 
 from grasping_invisible.data.errors import RecordingError
 from grasping_invisible.data.recorder import LOST, Recorder
+from grasping_invisible.data.run_names import UNKNOWN_SCENE
 from grasping_invisible.data.stream import write_line
 from grasping_invisible.runtime.bundle import ModelBundle, load_bundle
 from grasping_invisible.runtime.bus import Bus
@@ -32,7 +33,6 @@ from grasping_invisible.runtime.run_log import RunFacts, RunLog, in_file_name
 from grasping_invisible.runtime.sim_process import SimAnnouncement, SimProcess
 from grasping_invisible.runtime.timing import percentile
 
-UNKNOWN_SCENE = "unknown"  # whatever lies before a robot on the link
 DEFAULT_MAX_MOTIONS = 15
 Point = tuple[float, float, float]
 

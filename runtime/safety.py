@@ -53,8 +53,10 @@ def check_command(command: gi.MotionCommand, limits: SafetyLimits, workspace: Wo
     if not low <= height <= high:
         raise UnsafeCommand(f"height {height:.3f} m above the table is outside {low:.3f} to {high:.3f} m")
     _check_point("start" if command.kind == gi.PUSH else "grasp", start.x, start.y, limits, workspace)
-    if not 0.0 <= command.opening <= limits.max_opening + 1e-9:
-        raise UnsafeCommand(f"opening {command.opening:.3f} m is outside 0 to {limits.max_opening:.3f} m")
+    # A grasp that says 0 opens as far as the hand does.
+    opening = MAX_OPENING if command.kind == gi.GRASP and command.opening == 0.0 else command.opening
+    if not 0.0 <= opening <= limits.max_opening + 1e-9:
+        raise UnsafeCommand(f"opening {opening:.3f} m is outside 0 to {limits.max_opening:.3f} m")
     if command.kind == gi.PUSH:
         if not 0.0 < command.length <= limits.max_push_length + 1e-9:
             raise UnsafeCommand(f"push length {command.length:.3f} m is outside 0 to {limits.max_push_length:.3f} m")

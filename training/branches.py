@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.data.run_names import EXPLORER
 from grasping_invisible.runtime.config import Config, to_toml
 from grasping_invisible.runtime.critic import QMaps
 from grasping_invisible.runtime.decision import DecisionSettings, deliberate
-from grasping_invisible.runtime.decision_record import EXPLORER
 from grasping_invisible.runtime.frame import RgbdFrame
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.judge import Judgement, judge

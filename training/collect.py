@@ -75,7 +75,9 @@ class Collection:
 
 @dataclass(frozen=True)
 class SceneCounts:
-    """What happened in one scene. `targets`: gone after. `failure`: why it was given up, if it was."""
+    """What happened in one scene. `grasps`: how many took their target, of the `targets` gone after, or, where many
+    were tried from the same states, of so many grasps. `failure`: why it was given up, if it was.
+    """
 
     motions: int
     grasps: int

@@ -24,7 +24,8 @@ def _run(options: argparse.Namespace) -> int:
     counts = _collect(_collection(options), options.workers, console)
     motions, targets = sum(c.motions for c in counts), sum(c.targets for c in counts)
     grasped = sum(c.grasps for c in counts)
-    console.print(f"{len(counts)} scenes, {motions} motions, {grasped} of {targets} targets grasped")
+    what = "grasps took their target" if options.branch else "targets grasped"
+    console.print(f"{len(counts)} scenes, {motions} motions, {grasped} of {targets} {what}")
     for count in counts:
         if count.failure is not None:
             console.print(f"given up: {count.failure}")

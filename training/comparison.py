@@ -9,12 +9,15 @@ from grasping_invisible.training.evaluation import TrialResult
 from grasping_invisible.training.evaluation_summary import Rates, rates_of
 from grasping_invisible.training.intervals import mean_interval, paired_difference
 
+# So many pairs that differ in motions all point one way by chance in 1 of 32 cases, and five do in 1 of 16.
+LEAST_DIFFERING = 6
+
 
 class Pairs(msgspec.Struct, frozen=True, kw_only=True):
     """Pairs of runs of the same scene and seed, with 95 % intervals; differences are second less first.
 
     `success_interval`: Newcombe's for paired rates; `motions_interval`: bootstrap over pairs. `first_only` and
-    `second_only` count the pairs in which one alone succeeded.
+    `second_only` count the pairs in which one alone succeeded, `motions_differ` those that took unlike many motions.
     """
 
     pairs: int
@@ -24,6 +27,7 @@ class Pairs(msgspec.Struct, frozen=True, kw_only=True):
     second_only: int
     success_difference: float
     success_interval: tuple[float, float]
+    motions_differ: int
     motions_difference: float
     motions_interval: tuple[float, float]
 
@@ -74,19 +78,22 @@ def _pairs(pairs: list[tuple[TrialResult, TrialResult]]) -> Pairs:
         second_only=second_only,
         success_difference=(second_only - first_only) / len(pairs),
         success_interval=paired_difference(both, first_only, second_only, len(pairs) - both - first_only - second_only),
+        motions_differ=sum(difference != 0 for difference in motions),
         motions_difference=sum(motions) / len(motions),
         motions_interval=mean_interval(motions),
     )
 
 
 def _verdict(pairs: Pairs) -> str:
-    """Whether the differences are more than noise, in words."""
+    """Whether the differences are more than noise, in words.
+
+    The bootstrap knows no more than the pairs that it draws from: of a few it makes too narrow an interval.
+    """
     words = []
-    for what, (low, high), more, less in (
-        ("success", pairs.success_interval, "more often", "less often"),
-        ("motions", pairs.motions_interval, "more", "fewer"),
-    ):
-        if low > 0 or high < 0:
-            change = more if low > 0 else less
-            words.append(f"succeeds {change}" if what == "success" else f"takes {change} motions")
+    low, high = pairs.success_interval
+    if low > 0 or high < 0:
+        words.append(f"succeeds {'more' if low > 0 else 'less'} often")
+    low, high = pairs.motions_interval
+    if (low > 0 or high < 0) and pairs.motions_differ >= LEAST_DIFFERING:
+        words.append(f"takes {'more' if low > 0 else 'fewer'} motions")
     return f"the second {' and '.join(words)}" if words else "no difference beyond noise"

@@ -1,4 +1,4 @@
-"""Measuring a bundle: many seeded runs of a suite of scenes, by the robot's own loop, judged by ground truth."""
+"""Measuring a bundle: many seeded runs of a suite of scenes, by the robot's own loop, beside ground truth."""
 
 import hashlib
 from collections.abc import Iterator, Sequence
@@ -43,7 +43,8 @@ class TrialResult(msgspec.Struct, frozen=True):
     """What came of a run.
 
     `judged`: the runtime thinks that its goal is reached; an exploration ends when the segmenter sees the target.
-    `success`: the same, and for a grasp ground truth agrees. `found_truth`: ground truth shows the target at the end.
+    `success`: the same, and for a grasp ground truth agrees. `found_truth`: by ground truth the target is in view at
+    the end, or held.
     `failure`: why the run was cut short, if it was.
     """
 
@@ -165,14 +166,15 @@ def run_trial(trial: Trial, models: Path | None, method: Method, log: Path | Non
         truth = robot.truth()
         robot.close()
     targets = {item.name: item.visible_pixels for item in truth.objects if item.color == scene.target}
+    held = truth.held_object in targets
     judged = progress.found if trial.goal is Goal.FIND else progress.grasped
     return TrialResult(
         scene=scene.name,
         seed=trial.seed,
-        success=judged and (trial.goal is Goal.FIND or truth.held_object in targets),
+        success=judged and (trial.goal is Goal.FIND or held),
         judged=judged,
         found=progress.found,
-        found_truth=sum(targets.values()) >= MIN_TARGET_PIXELS,
+        found_truth=held or sum(targets.values()) >= MIN_TARGET_PIXELS,
         motions=progress.motions,
         max_motions=trial.max_motions,
         decision_ms=tuple(progress.decision_ms),

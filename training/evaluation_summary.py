@@ -14,7 +14,8 @@ from grasping_invisible.training.stored_results import Measured
 class Averages(msgspec.Struct, frozen=True, kw_only=True):
     """Over a group of runs, with 95 % intervals. Motions are those of all runs, also of failed ones.
 
-    `success_interval`: Wilson. `found_truth_rate`: how often ground truth shows the target at the end.
+    `success_interval`: Wilson. `confirmed_rate`: the share of runs that succeed and in which ground truth agrees; for
+    grasps the same as `success_rate`, as those count for nothing otherwise.
     """
 
     success_rate: float
@@ -22,7 +23,7 @@ class Averages(msgspec.Struct, frozen=True, kw_only=True):
     motions_mean: float
     motions_std: float
     motions_interval: tuple[float, float]
-    found_truth_rate: float
+    confirmed_rate: float
 
 
 class Rates(Averages, frozen=True, kw_only=True):
@@ -88,5 +89,5 @@ def _averages(results: Sequence[TrialResult]) -> Averages:
         motions_mean=fmean(motions),
         motions_std=pstdev(motions),
         motions_interval=mean_interval(motions),
-        found_truth_rate=sum(result.found_truth for result in results) / len(results),
+        confirmed_rate=sum(result.success and result.found_truth for result in results) / len(results),
     )

@@ -9,9 +9,9 @@ from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.data.heightmap_message import decode_heightmaps
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.rewards import is_freed
+from grasping_invisible.data.run_names import COORDINATOR
 from grasping_invisible.data.steps import LoggedStep
 from grasping_invisible.data.target_border import target_border
-from grasping_invisible.runtime.decision_record import COORDINATOR
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.perception import MIN_TARGET_CELLS, MIN_TARGET_PIXELS
 from grasping_invisible.runtime.workspace import Workspace

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from grasping_invisible.data.clock import to_ns
 from grasping_invisible.data.log_reader import read_messages
-from grasping_invisible.data.log_storage import parts_of
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.steps import LoggedStep, steps
 from grasping_invisible.data.topics import RUN_START, RUN_SUMMARY
@@ -95,12 +94,11 @@ def read_runs(path: Path, damage: list[str] | None = None) -> Iterator[Run]:
     damage = [] if damage is None else damage
     starts: dict[str, gi.RunStart] = {}
     summaries: dict[str, gi.RunSummary] = {}
-    for part in parts_of(path):
-        for logged in read_messages(part, (RUN_START.key, RUN_SUMMARY.key)):
-            if isinstance(logged.message, gi.RunStart):
-                starts[logged.message.run_id] = logged.message
-            elif isinstance(logged.message, gi.RunSummary):
-                summaries[logged.message.run_id] = logged.message
+    for logged in read_messages(path, (RUN_START.key, RUN_SUMMARY.key)):
+        if isinstance(logged.message, gi.RunStart):
+            starts[logged.message.run_id] = logged.message
+        elif isinstance(logged.message, gi.RunSummary):
+            summaries[logged.message.run_id] = logged.message
     of_run: dict[str, list[LoggedStep]] = defaultdict(list)
     for step in steps(path, damage=damage):
         if step.start is not None:

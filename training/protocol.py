@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.training.evaluate import Evaluation
 from grasping_invisible.training.evaluation_methods import METHODS, OURS
 from grasping_invisible.training.paper_figures import COORDINATION, EXPLORATION, INVISIBLE, PaperTable
@@ -34,6 +35,11 @@ class Protocol:
     runs: int | None = None
     seed: int = 0
     log_dir: Path | None = None
+
+    def __post_init__(self) -> None:
+        """Raises `BadInput` where one of the two bundles of the appendix's table comes without the other."""
+        if (self.depth_mask_models is None) != (self.color_models is None):
+            raise BadInput("a bundle whose critic sees no colour and one made alike whose critic does come together")
 
     def evaluations(self) -> Iterator[Evaluation]:
         """Every evaluation, each with its own file of results."""

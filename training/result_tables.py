@@ -166,7 +166,7 @@ def _by_scene(table: ResultTable) -> str:
 
 def _origins(tables: Sequence[ResultTable]) -> str:
     lines = [
-        "| suite | method | runs | seeds | in view by ground truth | bundle | commit |",
+        "| suite | method | runs | seeds | confirmed by ground truth | bundle | commit |",
         "|---|---|---|---|---|---|---|",
     ]
     told = set()
@@ -176,11 +176,21 @@ def _origins(tables: Sequence[ResultTable]) -> str:
                 continue
             told.add((table.paper.suite, row.name))
             commits = ", ".join(_short(commit) for commit in row.commits)
+            rates = row.overall
             lines.append(
-                f"| {table.paper.suite} | {cell(row.name)} | {row.overall.runs} | {row.seeds[0]} to {row.seeds[-1]} "
-                f"| {row.overall.found_truth_rate:.0%} | `{row.bundle_sha256[:12]}` | `{commits}` |"
+                f"| {table.paper.suite} | {cell(row.name)} | {rates.runs} | {_ranges(row.seeds)} "
+                f"| {rates.confirmed_rate * rates.runs:.0f} of {rates.success_rate * rates.runs:.0f} "
+                f"| `{row.bundle_sha256[:12]}` | `{commits}` |"
             )
     return "\n".join(lines)
+
+
+def _ranges(seeds: Sequence[int]) -> str:
+    """Sorted numbers without repetition as ranges: "0 to 9, 1000 to 1009"."""
+    begins = [seed for seed in seeds if seed - 1 not in seeds]
+    ends = [seed for seed in seeds if seed + 1 not in seeds]
+    pairs = zip(begins, ends, strict=True)
+    return ", ".join(str(begin) if begin == end else f"{begin} to {end}" for begin, end in pairs)
 
 
 def _short(commit: str) -> str:

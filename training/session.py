@@ -73,8 +73,8 @@ class Session:
 
         `losses_of_step(step)`: single values; that named "loss" is descended, and all become curves, each point a mean
         of `NOTE_EVERY` steps. `measure()`: scores on held-out data, asked for whenever it saves on the way; it gets the
-        network in evaluation mode and draws no random numbers of torch's. Raises `BadInput` where the loss is not
-        finite.
+        network in evaluation mode and draws no random numbers of torch's. Raises `BadInput` where loss or gradient are
+        not finite, with the weights of before that step saved.
         """
         end = self.steps if until is None else until
         curves = Curves(self.path.parent / FOLDER / self.kind)
@@ -84,8 +84,6 @@ class Session:
                 while self.step < end:
                     with interruptions_held():  # what is saved on the way out is whole steps
                         losses = losses_of_step(self.step)
-                        if not math.isfinite(losses["loss"].detach()):
-                            raise BadInput(f"the {self.kind} diverges: its loss in step {self.step} is not finite")
                         self._take(losses["loss"])
                     recent.append({name: float(value.detach()) for name, value in losses.items()})
                     note = None
@@ -143,9 +141,13 @@ class Session:
         save_checkpoint(self.path, Checkpoint(self.kind, self.net.state_dict(), resume=resume, design=self.design))
 
     def _take(self, loss: torch.Tensor) -> None:
+        """One step down. Raises `BadInput` before weights take over what is not finite: what is saved stays sound."""
         self.optimizer.zero_grad(set_to_none=True)
         loss.backward()
-        torch.nn.utils.clip_grad_norm_(self.net.parameters(), MAX_GRADIENT)
+        gradient = torch.nn.utils.clip_grad_norm_(self.net.parameters(), MAX_GRADIENT)
+        for name, value in (("loss", loss.detach()), ("gradient", gradient)):
+            if not math.isfinite(value):
+                raise BadInput(f"the {self.kind} diverges: its {name} in step {self.step} is not finite")
         self.optimizer.step()
         self.schedule.step()
         self.step += 1

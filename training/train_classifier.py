@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -95,21 +94,23 @@ def examples_of(transitions: Sequence[Transition], critic: CriticNet, most: int,
     The executed grasp stands for the best one, so that grasps chosen at random teach as well.
     """
     grasps = [item for item in transitions if item.aimed and not item.hindsight][-most:]
-    features, grasped = [], []
+    # Many grasps may have been tried from one state, and those of scenes that were collected at once alternate.
+    tried: dict[tuple[int, int], list[int]] = {}
+    for index, item in enumerate(grasps):
+        tried.setdefault((id(item.seen), item.goal), []).append(index)
+    features = np.empty((len(grasps), 5), np.float32)
     with bar("asking the critic", len(grasps), console) as advance:
-        # Many grasps may have been tried from one state.
-        for _, tried in groupby(grasps, key=lambda item: (id(item.seen), item.goal)):
-            alike = list(tried)
-            before, mask = alike[0].before()
+        for alike in tried.values():
+            before, mask = grasps[alike[0]].before()
             q = q_maps(critic, before, mask)
             push, _ = best_values(q, before, mask)
             border = target_border(before.height, mask, before.workspace.resolution)
-            for item in alike:
+            for index in alike:
+                item = grasps[index]
                 grasp = float(q.grasp[item.rotation, item.row, item.column])
-                features.append(classifier_features(push, grasp, border, item.consecutive_grasp_failures))
-                grasped.append(item.success)
+                features[index] = classifier_features(push, grasp, border, item.consecutive_grasp_failures)
                 advance()
-    return Examples(np.array(features, np.float32).reshape(-1, 5), np.array(grasped, np.bool_))
+    return Examples(features, np.array([item.success for item in grasps], np.bool_))
 
 
 def score_classifier(net: ClassifierNet, examples: Examples) -> dict[str, float]:

@@ -3,11 +3,11 @@
 import hashlib
 
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.data.run_names import UNKNOWN_SCENE
 
 TRAIN, VALIDATION = "train", "validation"
 SHARDS = {TRAIN: 16, VALIDATION: 4}
 VALIDATION_PERCENT = 15  # of groups of runs
-UNKNOWN_SCENE = "unknown"  # what a run says whose robot does not tell what lies before it
 
 
 def group_of(start: gi.RunStart) -> str:

@@ -17,7 +17,7 @@ from grasping_invisible.data.errors import BadMessage
 from grasping_invisible.data.heightmap_message import decode_heightmaps
 from grasping_invisible.data.images import decode_depth, decode_labels
 from grasping_invisible.data.log_commands.output import console, progress
-from grasping_invisible.data.log_reader import LogReader
+from grasping_invisible.data.log_reader import readers_of
 from grasping_invisible.data.log_storage import parts_of
 from grasping_invisible.data.png import encode_png
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
@@ -46,8 +46,9 @@ def run(arguments: argparse.Namespace) -> int:
     out: Path = arguments.out
     out.mkdir(parents=True, exist_ok=True)
     with progress("writing images", [arguments.file]) as told:
-        for number, part in enumerate(parts := parts_of(arguments.file)):
-            reader, size = LogReader(part), part.stat().st_size
+        parts = len(parts_of(arguments.file))
+        for number, reader in enumerate(readers_of(arguments.file)):
+            size = reader.path.stat().st_size
             for logged in reader.messages(by_topic):
                 kind = by_topic[logged.topic]
                 try:
@@ -56,7 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
                         written[kind] += 1
                 except BadMessage:
                     damaged += 1
-                told(number * size + reader.position, len(parts) * size)  # parts are about of one size
+                told(number * size + reader.position, parts * size)  # parts are about of one size
     counts = ", ".join(f"{count} {kind}" for kind, count in sorted(written.items())) or "no images"
     console().print(Text(f"{counts} written to {out}"))
     if damaged:

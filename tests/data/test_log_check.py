@@ -3,8 +3,10 @@ import pytest
 from grasping_invisible.data import topics
 from grasping_invisible.data.log_check import check_log
 from grasping_invisible.data.log_recovery import recover
+from grasping_invisible.data.log_summary import summarise
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.data.recorder import Recorder, RecordingSettings
+from grasping_invisible.data.steps import steps
 
 
 def test_a_whole_run_has_no_problem(write_run) -> None:
@@ -15,6 +17,19 @@ def test_a_run_in_parts_has_no_problem(write_run) -> None:
     path = write_run(steps=12, settings=RecordingSettings(part_bytes=20_000, flush_seconds=0.0))
     assert path.with_name("run.002.mcap").exists()
     assert check_log(path).problems == []
+
+
+def test_a_later_part_that_a_power_cut_left_empty_is_damage_of_a_log_that_can_be_read(write_run) -> None:
+    path = write_run(steps=12, settings=RecordingSettings(part_bytes=20_000, flush_seconds=0.0))
+    before = len(list(steps(path)))
+    *_, last = sorted(path.parent.glob("run.*.mcap"))
+    last.write_bytes(b"")
+    assert f"{last.name}: is empty" in check_log(path).problems
+    summary = summarise(path)
+    assert (summary.complete, summary.damage) == (False, [f"{last.name}: is empty"])
+    damage: list[str] = []
+    assert len(list(steps(path, damage=damage))) >= before - 1
+    assert damage == [f"{last.name}: is empty"]
 
 
 @pytest.mark.parametrize(
@@ -57,6 +72,18 @@ def test_drops_are_named(tmp_path, run_of) -> None:
             recorder.put(topic, message.SerializeToString(), 0)
         recorder.put(topics.VIEW, bytes(200_000), 0)
     assert "gi/runtime/view: 1 messages were dropped while recording" in check_log(recorder.path).problems
+
+
+def test_a_damaged_count_of_drops_is_damage(tmp_path, run_of) -> None:
+    with Recorder(tmp_path / "run.mcap", RecordingSettings(queue_bytes=100_000)) as recorder:
+        for topic, message in run_of():
+            recorder.put(topic, message.SerializeToString(), 0)
+        recorder.put(topics.VIEW, bytes(200_000), 0)
+    data = recorder.path.read_bytes()
+    count = topics.VIEW.key.encode() + b"\x01\x00\x00\x00"
+    assert count + b"1" in data
+    recorder.path.write_bytes(data.replace(count + b"1", count + b"q"))
+    assert "how many messages of gi/runtime/view were dropped is damaged" in check_log(recorder.path).problems
 
 
 def test_a_lost_chunk_leaves_a_gap(write_run) -> None:

@@ -76,7 +76,7 @@ def test_a_log_in_parts_becomes_one_file(write_run, tmp_path: Path) -> None:
     path = write_run(steps=12, settings=RecordingSettings(part_bytes=20_000, flush_seconds=0.0))
     parts = parts_of(path)
     assert len(parts) > 2
-    whole = sum(len(list(read_messages(part))) for part in parts)
+    whole = sum(len(list(LogReader(part).messages())) for part in parts)
     parts[1].write_bytes(parts[1].read_bytes()[:4000])
     parts[2].write_bytes(b"no log at all")
     recovery = recover(path, tmp_path / "good.mcap")

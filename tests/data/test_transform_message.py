@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -35,6 +36,16 @@ def test_pose_survives_the_message() -> None:
     pose[:3, 3] = 0.95, -0.1, 0.62
     message = encode_transforms({"panda_link1": np.eye(4), "camera": pose}, 5)
     assert np.allclose(decode_transform(message, "camera"), pose)
+
+
+def test_of_several_poses_in_a_message_the_latest_counts() -> None:
+    moved = np.eye(4)
+    moved[0, 3] = 0.5
+    for poses in ((np.eye(4), 3), (moved, 7)), ((moved, 7), (np.eye(4), 3)):
+        message = FrameTransforms()
+        for pose, stamp in poses:
+            message.transforms.extend(encode_transforms({"camera": pose}, stamp).transforms)
+        assert np.allclose(decode_transform(message, "camera"), moved)
 
 
 def test_missing_frame_names_what_there_is() -> None:

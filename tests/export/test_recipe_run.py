@@ -74,6 +74,20 @@ def test_it_goes_on_with_the_stage_that_was_interrupted(collect: Program, train:
     assert [line.split()[0] for line in summary(tmp_path)] == ["first", "second", "in"]
 
 
+def test_a_stage_that_was_killed_is_known_to_have_begun(
+    collect: Program, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    seen: list[Record] = []
+
+    def note(arguments: list[str]) -> int:
+        seen.append(record_in(tmp_path))
+        return 0
+
+    monkeypatch.setitem(recipe_run.PROGRAMS, "gi-collect", note)
+    carry_out(STAGES[:1], tmp_path, 2, QUIET)
+    assert [(stage.name, stage.done) for stage in seen[0].stages] == [("first", False)]
+
+
 def test_a_stage_whose_output_is_gone_is_done_again(collect: Program, train: Program, tmp_path: Path) -> None:
     carry_out(STAGES, tmp_path, 2, QUIET)
     (tmp_path / "logs").rmdir()

@@ -32,6 +32,7 @@ class CarelessDriver:
 
     def __init__(self) -> None:
         self.kinds: list[gi.MotionKind] = []
+        self.health = gi.RobotHealth(state=gi.IDLE, protocol_version=PROTOCOL_VERSION)
 
     def refusal(self, command: gi.MotionCommand) -> str | None:
         return None
@@ -44,8 +45,9 @@ class CarelessDriver:
     def request_stop(self, reason: str) -> None: ...
 
     def heartbeat(self) -> gi.RobotHealth:
-        stamp = to_timestamp(time.time_ns() - 10**11)
-        return gi.RobotHealth(stamp=stamp, state=gi.IDLE, protocol_version=PROTOCOL_VERSION)
+        beat = gi.RobotHealth(stamp=to_timestamp(time.time_ns() - 10**11))
+        beat.MergeFrom(self.health)
+        return beat
 
     def frame(self) -> RgbdFrame:
         camera = Camera(64, 48, np.array([[60.0, 0, 31.5], [0, 60.0, 23.5], [0, 0, 1]]), np.eye(4))
@@ -100,6 +102,18 @@ def test_frames_that_never_change_their_stamp_fail(careless: tuple[str, Careless
         for check in robot_checks.check_robot(endpoint, LinkSettings(), Workspace(), load_bundle(), move=False)
     }
     assert results["stamps"] is False
+
+
+def test_a_robot_at_fault_is_not_said_to_have_accepted_anything(careless: tuple[str, CarelessDriver]) -> None:
+    endpoint, driver = careless
+    driver.health.state, driver.health.detail = gi.ROBOT_FAULT, "brakes"
+    checks = robot_checks.check_robot(endpoint, LinkSettings(), Workspace(), load_bundle(), move=True)
+    told = {check.name: check for check in checks}
+    assert told["refusal"].passed is None
+    assert told["bounds"].passed is None
+    assert told["refusal"].detail == "not asked for: the robot is at fault: brakes"
+    assert told["home"].passed is False
+    assert driver.kinds == []
 
 
 def test_the_simulator_passes_and_the_command_says_so() -> None:

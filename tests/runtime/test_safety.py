@@ -58,6 +58,13 @@ def test_a_broken_limit_is_named(command: gi.MotionCommand, complaint: str) -> N
         check(command)
 
 
+def test_a_grasp_that_says_nothing_opens_as_far_as_the_hand_does() -> None:
+    with pytest.raises(UnsafeCommand, match=r"opening 0\.080 m is outside 0 to 0\.050 m"):
+        check_command(grasp(opening=0.0), SafetyLimits(max_opening=0.05), SPACE)
+    check_command(grasp(opening=0.04), SafetyLimits(max_opening=0.05), SPACE)
+    check_command(push(), SafetyLimits(max_opening=0.05), SPACE)
+
+
 @given(any_float, any_float, any_float, any_float, any_float)
 def test_what_passes_stays_over_the_workspace(x: float, y: float, z: float, yaw: float, length: float) -> None:
     command = push(x, y, z, yaw, length)

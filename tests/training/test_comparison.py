@@ -26,6 +26,14 @@ def test_a_little_more_luck_is_noise(result_of):
     assert comparison.overall.second_only == 1
 
 
+@pytest.mark.parametrize(("differ", "noise"), [(1, True), (5, True), (6, False)])
+def test_a_few_pairs_that_all_differ_one_way_are_noise(result_of, differ, noise):
+    old = [result_of("a", seed, True, 3) for seed in range(differ)]
+    new = [result_of("a", seed, True, 2) for seed in range(differ)]
+    verdict = compare("suite", ("old", "new"), old, new).verdict
+    assert verdict == ("no difference beyond noise" if noise else "the second takes fewer motions")
+
+
 def test_runs_are_compared_in_pairs_of_scene_and_seed(result_of):
     old = [result_of("a", 0, True, 2), result_of("a", 1, True, 2)]
     new = [result_of("a", 1, True, 2), result_of("b", 0, True, 2)]

@@ -30,6 +30,7 @@ def test_a_scene_file_is_measured_logged_compared_and_goes_on(scene: Path, tmp_p
     summary = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert (summary["runs"], summary["method"], summary["seed"]) == (1, "ours", 0)
     assert set(summary["scenes"]) == {"lone"}
+    assert summary["success_rate"] == summary["confirmed_rate"] == 1.0  # held, and so out of the camera's view
     assert summary["success_interval"][0] <= summary["success_rate"] <= summary["success_interval"][1]
     kept = results.read_text()
 

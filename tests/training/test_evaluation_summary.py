@@ -17,7 +17,7 @@ def test_rates_are_overall_and_of_each_scene(result_of):
     assert summary.scenes == rates_by_scene(results)
     assert summary.scenes["a"].runs == 2
     assert summary.scenes["a"].success_rate == 0.5
-    assert summary.scenes["a"].found_truth_rate == 0.5
+    assert summary.scenes["a"].confirmed_rate == 0.5
     assert summary.scenes["b"].motions_std == 0.0
     assert summary.scenes["b"].motions_interval == (2.0, 2.0)
 
@@ -26,7 +26,7 @@ def test_programs_read_a_summary_by_names_that_stay(result_of):
     summary = summarise([result_of("a", 0, True, 2), result_of("b", 0, True, 2)], Measured("s", "ours", "m", "h"), 1, 7)
     said = msgspec.json.decode(msgspec.json.encode(summary))
     motions = {"motions_mean", "motions_std", "motions_interval"}
-    averages = {"success_rate", "success_interval", *motions, "found_truth_rate"}
+    averages = {"success_rate", "success_interval", *motions, "confirmed_rate"}
     facts = {"suite", "method", "name", "runs", "seed", "bundle_sha256", "failures", "scenes"}
     assert set(said) == averages | facts
     assert set(said["scenes"]["a"]) == {*averages, "runs"}

@@ -36,3 +36,9 @@ def test_without_more_bundles_all_is_measured_with_one(tmp_path: Path):
     assert {(item.models, item.runs) for item in planned} == {(tmp_path / "m", 1)}
     assert {item.name for item in planned if item.log_dir} == {"ours"}
     assert not {"depth+mask", "color+depth+mask"} & {item.name for item in planned}
+
+
+@pytest.mark.parametrize("one", ["depth_mask_models", "color_models"])
+def test_half_of_a_pair_of_bundles_is_refused_before_anything_is_measured(tmp_path: Path, one: str):
+    with pytest.raises(BadInput, match="come together"):
+        Protocol(out=tmp_path, **{one: tmp_path})  # pyright: ignore[reportArgumentType]

@@ -35,8 +35,14 @@ def test_rows_stand_in_the_papers_order_beside_its_figures(stored):
     assert "| Coordinator | 20 | 90.0 %" in text
     assert "| 87.5 % | 3.51 ± 0.90 |" in text
     assert "| coordination-00 | 20%, 3.00 | 90%, 3.00 | 50%, 3.00 |" in text
-    assert "| coordination | rand | 20 | 0 to 9 | 100% | `bbbbbbbbbbbb` |" in text
+    assert "| coordination | rand | 20 | 0 to 9 | 4 of 4 | `bbbbbbbbbbbb` |" in text
     assert markdown(result_tables(stored(ours=9, rand=2, mechanical_search=5)[::-1])) == text
+
+
+def test_seeds_are_told_in_ranges_and_what_truth_does_not_confirm_is_told(results_file, result_of):
+    runs = [result_of("exploration-00", seed, seed != 4, 2, found_truth=seed != 5) for seed in (0, 1, 2, 4, 5, 1000)]
+    text = markdown(result_tables(read_results(results_file("exploration", "ours", runs))))
+    assert "| exploration | ours | 6 | 0 to 2, 4 to 5, 1000 | 4 of 5 | `bbbbbbbbbbbb` |" in text
 
 
 def test_a_bar_in_a_name_ends_no_cell(results_file, result_of):

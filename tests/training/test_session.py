@@ -133,6 +133,20 @@ def test_a_loss_that_is_not_finite_ends_the_training(tmp_path: Path) -> None:
     assert session.step == 2
 
 
+def test_a_gradient_that_is_not_finite_leaves_what_was_learned_before(tmp_path: Path) -> None:
+    path = tmp_path / "line.pt"
+    net = torch.nn.Linear(1, 1)
+    session = Session("line", path, net, torch.optim.AdamW(net.parameters(), 0.1), 0.1, STEPS, "data")
+
+    def losses(step: int) -> dict[str, torch.Tensor]:
+        value = net(torch.ones(1, 1)).mean()
+        return {"loss": torch.sqrt(value * 0) if step == 2 else value}  # 0, and so steep there that nothing is left
+
+    with pytest.raises(BadInput, match="the line diverges: its gradient in step 2 is not finite"):
+        session.run(losses, Console(quiet=True))
+    assert all(torch.isfinite(weight).all() for weight in load_checkpoint(path, "line").weights.values())
+
+
 def test_other_data_than_it_was_begun_on_is_refused(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         fit(tmp_path / "line.pt", stop_at=3)

@@ -14,7 +14,7 @@ from grasping_invisible.training.eval_commands.options import add_workers, numbe
 from grasping_invisible.training.evaluate import Evaluation, evaluate
 from grasping_invisible.training.evaluation import TrialResult
 from grasping_invisible.training.evaluation_methods import OURS
-from grasping_invisible.training.stored_results import Measured, check_one_task, read_results
+from grasping_invisible.training.stored_results import Measured, check_counted_once, check_one_task, read_results
 
 
 def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -58,6 +58,7 @@ def _stored(files: list[Path]) -> list[tuple[Measured, list[TrialResult]]]:
         measured = {item.measured for item in stored}
         if len(measured) != 1:
             raise BadInput(f"{file} holds results of {len(measured)} evaluations, not of one")
+        check_counted_once(stored, str(file))
         sides.append((measured.pop(), [item.result for item in stored]))
     (first, _), (second, _) = sides
     if first.suite != second.suite:

@@ -55,7 +55,7 @@ def _table(summary: Summary) -> Table:
         title=f"{escape(f'{summary.suite}, {summary.name}')}: {success(summary)}, "
         f"{number(summary.motions_mean, summary.motions_interval)} motions"
     )
-    for name in ("scene", "runs", "success, 95 %", "motions, 95 %", "in view by ground truth"):
+    for name in ("scene", "runs", "success, 95 %", "motions, 95 %", "confirmed by ground truth"):
         table.add_column(name, justify="left" if name == "scene" else "right")
     for scene, rates in summary.scenes.items():
         table.add_row(
@@ -63,7 +63,7 @@ def _table(summary: Summary) -> Table:
             str(rates.runs),
             success(rates),
             number(rates.motions_mean, rates.motions_interval),
-            f"{rates.found_truth_rate:.0%}",
+            f"{rates.confirmed_rate:.0%}",
         )
     for failure, count in summary.failures.items():
         table.caption = f"{table.caption or ''}{count} cut short: {escape(failure)}\n"

@@ -1,0 +1,6 @@
+"""Names that logs are written with and looked through for."""
+
+# The two policies, and the names of their default methods: the one while the target is out of sight, the other in view.
+EXPLORER = "explorer"
+COORDINATOR = "coordinator"
+UNKNOWN_SCENE = "unknown"  # of a run whose robot does not tell what lies before it
