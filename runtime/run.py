@@ -23,6 +23,7 @@ from grasping_invisible.runtime.errors import (
     EXIT_NOT_GRASPED,
     BadInput,
     GraspingError,
+    LinkError,
 )
 from grasping_invisible.runtime.interruption import interruptions_held
 from grasping_invisible.runtime.loop import RunPlan, RunProgress, run_loop
@@ -59,7 +60,7 @@ def carry_out_run(request: RunRequest) -> int:
             request.config.policy.exploration,
             request.config.policy.coordination,
         )
-        run = _Run(request, task, bundle, stack)
+        run = _Run(request, task, bundle, sim, stack)
         return run.carry_out(settings)
 
 
@@ -105,10 +106,13 @@ def _check_target(wanted: str | None, announced: SimAnnouncement) -> None:
 class _Run:
     """A run that has its log open, until `carry_out` returns or raises; or is cut short, until `stack` unwinds."""
 
-    def __init__(self, request: RunRequest, task: _Task, bundle: ModelBundle, stack: ExitStack) -> None:
+    def __init__(
+        self, request: RunRequest, task: _Task, bundle: ModelBundle, sim: SimProcess | None, stack: ExitStack
+    ) -> None:
         self._request = request
         self._task = task
         self._bundle = bundle
+        self._sim = sim
         self._run_id = uuid.uuid4().hex
         self._progress = RunProgress()
         self._lost: dict[str, int] = {}
@@ -134,6 +138,11 @@ class _Run:
         except KeyboardInterrupt:
             ended_because = "interrupted"
             raise
+        except LinkError as error:
+            words = "" if self._sim is None else self._sim.last_words()
+            told = LinkError(f"{error}; the simulator's last words: {words}") if words else error
+            ended_because = str(told)
+            raise told from None
         except GraspingError as error:
             ended_because = str(error)
             raise

@@ -73,6 +73,15 @@ class SimProcess:
                 raise RobotError(f"the simulator was not ready within {self._start_seconds:g} s")
             time.sleep(0.02)
 
+    def last_words(self) -> str:
+        """Why the child has ended, in its own words; empty while it has not, and where it did not say."""
+        if self._process.poll() is None:
+            return ""
+        for reader in self._readers:
+            reader.join(1.0)
+        said = [line for line in self._complaints if line.startswith(_PROGRAM)]
+        return said[-1].removeprefix(_PROGRAM) if said else ""
+
     def close(self) -> None:
         """End the child and wait until it is gone. Never raises."""
         if self._process.stdin is not None:
@@ -85,13 +94,9 @@ class SimProcess:
             self._process.wait()
 
     def _failure(self) -> BadInput | RobotError:
-        for reader in self._readers:
-            reader.join(1.0)
-        lines = [line for line in self._complaints if line.startswith(_PROGRAM)]
-        if lines:
-            said = lines[-1].removeprefix(_PROGRAM)
-        else:
-            said = f"the simulator ended at its start: {next(reversed(self._complaints), 'it said nothing')}"
+        said = self.last_words() or (
+            f"the simulator ended at its start: {next(reversed(self._complaints), 'it said nothing')}"
+        )
         return BadInput(said) if self._process.returncode == EXIT_BAD_INPUT else RobotError(said)
 
 

@@ -61,7 +61,6 @@ def _run(options: argparse.Namespace) -> int:
     with ExitStack() as stack:
         node = SimNode(scene, options.seed, options.listen, options.camera_hz, gui=options.gui)
         stack.callback(node.close)
-        stack.callback(finish_within, _END_SECONDS, EXIT_INTERRUPTED)
         announcement = SimAnnouncement(
             endpoint=node.endpoint,
             scene=scene.name,
@@ -71,7 +70,11 @@ def _run(options: argparse.Namespace) -> int:
             workspace_center=node.workspace.center,
         )
         print(announce(announcement), file=announcements, flush=True)
-        node.run()
+        try:
+            node.run()
+        except KeyboardInterrupt:
+            finish_within(_END_SECONDS, EXIT_INTERRUPTED)
+            raise
     return 0
 
 

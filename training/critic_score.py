@@ -23,8 +23,8 @@ def score_critic(
 ) -> dict[str, float]:
     """Scores of a network in evaluation mode; what the transitions have no example of is left out.
 
-    `tried`: `grasps_tried` of all that the transitions are a part of. `targets`: (T,), reward plus discounted value of
-    the next state. `td_error`: mean absolute difference to them.
+    `tried`: `grasps_tried` of all that the transitions are a part of. `targets`: (T,), what they were worth, see
+    `Replay`. `td_error`: mean absolute difference to them.
     `grasp_auc`: how well the Q value tells successful from failed grasps aimed at the goal. `push_auc`: the same of
     pushes after which a grasp took the goal and of those after which all that were tried failed. `reveal_auc`: of
     pushes of a search that brought something to light and others.

@@ -63,10 +63,10 @@ class CriticTraining:
     """How to train. `rounds`: the values of next states are computed anew at the start of each but the first.
 
     `rewards`: one of `REWARDS`; None: those that `begin` was taught by, otherwise `SUCCESS`. In the first round next
-    states count nothing: the critic learns what motions do before what they lead to. `imagenet`: weights that a
-    DenseNet's trunk begins with, see `imagenet_weights`. `begin`: a finished critic's checkpoint to go on from, of the
-    same design; it knows what motions do, so its next states count from the first round on. `network`, `inputs`: as
-    `CriticDesign` has them; None: as in `begin`, otherwise as there by default.
+    states that the critic would have to value count nothing: it learns what motions do before what they lead to.
+    `imagenet`: weights that a DenseNet's trunk begins with, see `imagenet_weights`. `begin`: a finished critic's
+    checkpoint to go on from, of the same design; it knows what motions do, so its next states count from the first
+    round on. `network`, `inputs`: as `CriticDesign` has them; None: as in `begin`, otherwise as there by default.
     """
 
     checkpoint: Path
@@ -142,7 +142,11 @@ def train_critic(settings: CriticTraining, experience: Experience, console: Cons
 
 
 class Replay:
-    """Transitions with what the critic should say of them and by how much it last was wrong."""
+    """Transitions with what the critic should say of them and by how much it last was wrong.
+
+    (T,) float32 each, within 0 and 1: `earned`, what a motion itself was worth; `targets`, with what the next state
+    adds; `errors`, absolute differences to them.
+    """
 
     def __init__(self, transitions: Sequence[Transition], rewards: str, tried: GraspsTried) -> None:
         """`tried`: of all transitions that these are a part of."""

@@ -114,6 +114,7 @@ def test_the_best_grasps_know_how_many_failed_before_them(branched: tuple[SceneC
     random, best = [], []
     for index, step in enumerate(step for step in first if step.decision.kind == gi.GRASP):
         (random if index < 2 else best).append(step)
+    assert len(random) == len(best) == 2
     failures = 0
     assert all(step.decision.memory.consecutive_grasp_failures == 0 for step in random)
     for step in best:
