@@ -293,7 +293,8 @@ class ZenohRobot:
         deadline = time.monotonic() + self._settings.reply_seconds + 0.5
         # A second robot may answer later than the first: it is over when every one has, or can no longer.
         while not finished.wait(_TICK) and time.monotonic() < deadline:
-            self._check_robot()
+            if not replies:
+                self._check_robot()
         if not replies:
             # A robot that died answers nothing, and that it is gone may be heard a moment later.
             with self._changed:

@@ -74,8 +74,13 @@ class SimProcess:
             time.sleep(0.02)
 
     def last_words(self) -> str:
-        """Why the child has ended, in its own words; empty while it has not, and where it did not say."""
-        if self._process.poll() is None:
+        """Why the child has ended, in its own words; empty where it did not say, or goes on.
+
+        It falls silent on the link before it speaks: it is given the time that it may take to end.
+        """
+        try:
+            self._process.wait(_END_SECONDS)
+        except subprocess.TimeoutExpired:
             return ""
         for reader in self._readers:
             reader.join(1.0)

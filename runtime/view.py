@@ -91,5 +91,5 @@ def _tall_place(frame: RgbdFrame, workspace: Workspace) -> tuple[float, float] |
 def _parts_in(frame: RgbdFrame, workspace: Workspace) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float32]]:
     """Row and column among `PARTS` of points over the workspace, and height above the table, metres; (P,) each."""
     rows, columns, heights = points_in(frame, workspace, max(1, frame.depth.shape[0] // SAMPLED))
-    row, column = (np.stack([rows, columns]) * (PARTS / workspace.cells)).astype(np.intp)
+    row, column = (at.astype(np.intp) * PARTS // workspace.cells for at in (rows, columns))
     return row, column, heights

@@ -1,4 +1,4 @@
-"""The driver that integrators begin with passes the check, moves when it is asked to, and stops."""
+"""The driver that integrators begin with passes the check, and moves when it is asked to."""
 
 import subprocess
 import sys

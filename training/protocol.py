@@ -39,7 +39,7 @@ class Protocol:
     def __post_init__(self) -> None:
         """Raises `BadInput` where one of the two bundles of the appendix's table comes without the other."""
         if (self.depth_mask_models is None) != (self.color_models is None):
-            raise BadInput("a bundle whose critic sees no colour and one made alike whose critic does come together")
+            raise BadInput("give --depth-mask-models and --color-models together, or neither")
 
     def evaluations(self) -> Iterator[Evaluation]:
         """Every evaluation, each with its own file of results."""

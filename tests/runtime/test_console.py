@@ -49,6 +49,12 @@ def test_a_reader_that_has_gone_is_no_reason_to_end(table_robot: Any, color_mode
     assert len(said) > 4
 
 
+def test_a_full_disk_is_no_reason_to_end_nor_to_fail_at_the_end(table_robot: Any, color_models: Any) -> None:
+    with open("/dev/full", "w") as stream:  # which is flushed when it is closed
+        console = RunConsole(stream, Bus())
+        assert run_loop(table_robot, color_models, DecisionSettings("red"), RunPlan(), (console,)).grasped
+
+
 def test_a_terminal_that_has_gone_is_no_reason_to_end(table_robot: Any, color_models: Any) -> None:
     class Gone(io.StringIO):
         def write(self, text: str) -> int:

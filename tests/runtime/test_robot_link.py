@@ -433,10 +433,16 @@ def test_a_second_runtime_waits_for_its_turn_and_disturbs_nothing(side: Side) ->
         assert second.execute(command(1)).status == gi.COMPLETED
 
 
-def test_two_robots_on_one_link_are_noticed_and_stopped(side: Side) -> None:
+@pytest.mark.parametrize("late", [0.0, 0.25])
+def test_two_robots_on_one_link_are_noticed_and_stopped(side: Side, late: float) -> None:
     other = zenoh_session.connect(side.endpoint, 2.0)
     accepted = gi.CommandReply(command_id=1, accepted=True).SerializeToString()
-    queryable = other.declare_queryable(COMMAND.key, lambda query: query.reply(COMMAND.key, accepted))
+
+    def answer(query: zenoh.Query) -> None:
+        time.sleep(late)
+        query.reply(COMMAND.key, accepted)
+
+    queryable = other.declare_queryable(COMMAND.key, answer)
     side.driver.motion_seconds = 5.0
     try:
         with connected(side) as robot:

@@ -147,6 +147,13 @@ def test_files_of_different_tasks_are_not_compared(results_file, result_of, caps
     assert capsys.readouterr().err.splitlines() == [said]
 
 
+def test_a_file_that_holds_a_run_twice_is_not_compared(results_file, result_of, capsys):
+    once = results_file("mine", "ours", [result_of("a", 0, True, 2)])
+    twice = results_file("mine", "rand", [result_of("a", 0, True, 2), result_of("a", 0, False, 5)])
+    assert main(["compare", str(once), str(twice)]) == 2
+    assert f"the results hold a run of {twice} twice" in capsys.readouterr().err
+
+
 def test_tables_of_stored_results(results_file, result_of, tmp_path: Path, capsys):
     file = results_file("coordination", "ours", [result_of("coordination-00", 0, True, 2)])
     assert main(["tables", str(file.parent), "--out", str(tmp_path / "out")]) == 0

@@ -40,5 +40,5 @@ def test_without_more_bundles_all_is_measured_with_one(tmp_path: Path):
 
 @pytest.mark.parametrize("one", ["depth_mask_models", "color_models"])
 def test_half_of_a_pair_of_bundles_is_refused_before_anything_is_measured(tmp_path: Path, one: str):
-    with pytest.raises(BadInput, match="come together"):
+    with pytest.raises(BadInput, match="give --depth-mask-models and --color-models together"):
         Protocol(out=tmp_path, **{one: tmp_path})  # pyright: ignore[reportArgumentType]
