@@ -109,14 +109,14 @@ HEIGHTMAPS = Topic(
     "gi/runtime/heightmaps",
     gi.Heightmaps,
     Speaker.RUNTIME,
-    "per decision",
+    "per decision, and of what the last motion led to",
     "colour, height and class heightmaps",
 )
 SEGMENTATION = Topic(
     "gi/runtime/segmentation",
     CompressedImage,
     Speaker.RUNTIME,
-    "per decision",
+    "per decision, and of what the last motion led to",
     "class index of every camera pixel, 8-bit PNG",
 )
 Q_MAPS = Topic("gi/runtime/q_maps", gi.QMaps, Speaker.RUNTIME, "per decision", "push and grasp Q maps")

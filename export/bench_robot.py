@@ -1,7 +1,7 @@
 """A robot for `gi-bench recorder`: a process of its own that sends camera frames at a steady rate and plays motions.
 
-Its frames are the simulator's, of a real push, with a sensor's noise in colour and depth; they are made beforehand, so
-that any rate can be kept, and sent in turn with new stamps.
+Its frames are the simulator's, of a real push and of the arm at home before it, with a sensor's noise in colour and
+depth; they are made beforehand, so that any rate can be kept, and sent in turn with new stamps.
 """
 
 import threading
@@ -40,7 +40,7 @@ from grasping_invisible.sim_robot.scene import load_scene
 
 SCENE = "exploration-03"
 MOMENTS = 24  # of a push that are rendered
-NOISES = 5  # frames made of each
+NOISES = 5  # frames made of each, and of the arm at home
 COLOR_NOISE = 2.0  # standard deviation of a colour value
 MOTION_SECONDS = 2.0
 
@@ -49,10 +49,10 @@ M = TypeVar("M", CompressedImage, RawImage, CameraCalibration, JointStates)
 
 def serve(hz: float, pipe: Connection) -> None:
     """Serve until the parent ends this process; tells it the endpoint first."""
-    robot = BenchRobot(_frames())
+    robot = BenchRobot(*_frames())
     endpoint, server = serve_at_free_port(robot)
     pipe.send(endpoint)
-    threading.Thread(target=_send_frames, args=(server.bus.publish, robot.frames, hz), daemon=True).start()
+    threading.Thread(target=_send_frames, args=(server.bus.publish, robot, hz), daemon=True).start()
     while True:
         command = server.next_command(1.0)
         if command is not None:
@@ -84,11 +84,18 @@ class _Frame:
 
 
 class BenchRobot:
-    """A driver whose motions take their time and move nothing; see `grasping_invisible.runtime.robot_server.Driver`."""
+    """A driver whose motions take their time and move nothing; see `grasping_invisible.runtime.robot_server.Driver`.
 
-    def __init__(self, frames: list[_Frame]) -> None:
-        self.frames = frames
+    What it shows is `still` between motions and `moving` within them, over and over.
+    """
+
+    def __init__(self, still: list[_Frame], moving: list[_Frame]) -> None:
+        self._still, self._in_motion = cycle(still), cycle(moving)
         self._moving = False
+
+    def look(self) -> _Frame:
+        """What the camera sees now. A stamp taken before is never later than the end of a motion that this shows."""
+        return next(self._in_motion if self._moving else self._still)
 
     def refusal(self, command: gi.MotionCommand) -> str | None:
         """See `Driver`."""
@@ -122,40 +129,44 @@ class BenchRobot:
         )
 
 
-def _send_frames(publish: Callable[..., object], frames: list[_Frame], hz: float) -> None:
+def _send_frames(publish: Callable[..., object], robot: BenchRobot, hz: float) -> None:
     truth = gi.TruthState(scene=SCENE, target_color=load_scene(SCENE).target)
     due = time.monotonic()
-    for frame in cycle(frames):
+    while True:
         time.sleep(max(0.0, due - time.monotonic()))
         stamp = time.time_ns()
         truth.stamp.CopyFrom(to_timestamp(stamp))
         publish(TRUTH, truth)
-        for topic, message in frame.restamped(stamp):
+        for topic, message in robot.look().restamped(stamp):
             publish(topic, message)
         due += 1.0 / hz
 
 
-def _frames() -> list[_Frame]:
-    """Frames of a push across the workspace, each moment several times with other noise."""
+def _frames() -> tuple[list[_Frame], list[_Frame]]:
+    """Of the arm at home, and of a push across the workspace: each moment several times with other noise."""
     moments: list[tuple[RgbdFrame, FrameTransforms, JointStates]] = []
     rng = np.random.default_rng(0)
     due = 0.0
+
+    def moment() -> tuple[RgbdFrame, FrameTransforms, JointStates]:
+        return robot.observe(), robot.transforms(0), robot.joint_states(0)
 
     def look(seconds: float) -> None:
         nonlocal due
         if seconds >= due and len(moments) < MOMENTS:
             due = seconds + 0.15
-            frame = robot.observe()
-            moments.append((frame, robot.transforms(0), robot.joint_states(0)))
+            moments.append(moment())
 
     robot = SimRobot(load_scene(SCENE), 0, on_tick=look)
     try:
+        at_home = moment()
         x, y, _ = Workspace().center
         start = gi.Point(x=x - 0.05, y=y, z=0.03)
         robot.execute(gi.MotionCommand(id=1, kind=gi.PUSH, position=start, length=0.1))
     finally:
         robot.close()
-    return [_noisy(*moment, rng) for _ in range(NOISES) for moment in moments]
+    still = [_noisy(*at_home, rng) for _ in range(NOISES)]
+    return still, [_noisy(*seen, rng) for _ in range(NOISES) for seen in moments]
 
 
 def _noisy(frame: RgbdFrame, transforms: FrameTransforms, joints: JointStates, rng: np.random.Generator) -> _Frame:
