@@ -56,7 +56,7 @@ def check_log(path: Path, told: Callable[[int, int], None] | None = None) -> Che
             story.count(topic, sequences)  # said to be damage; they are not missing as well
         read += reader.path.stat().st_size
         metadata |= reader.metadata
-        problems += [f"{reader.path.name}: {line}" for line in reader.damage]
+        problems += reader.named_damage
     if is_being_written(parts[-1]):
         problems.append(f"{parts[-1].name}: still being written")
     found = list(story.contradictions())

@@ -64,15 +64,17 @@ class LogReader:
     def __init__(self, path: Path) -> None:
         """Raises `BadLog` when the file cannot be read or is not an MCAP file."""
         self.path = path
-        with self._open() as file:
-            if not McapScan(file).is_log():
-                what = "is empty" if path.stat().st_size == 0 else "is not an MCAP log"
-                raise BadLog(f"{path} {what}")
         self.complete = False
         self.damage: list[str] = []
         self.metadata: dict[str, dict[str, str]] = {}
         self.undecodable: dict[str, list[int]] = {}
         self.position = 0
+        self._check()
+
+    @property
+    def named_damage(self) -> list[str]:
+        """`damage`, each line after the file's name."""
+        return [f"{self.path.name}: {line}" for line in self.damage]
 
     def contents(self) -> LogContents:
         """What the log holds: told by its index, or by reading all of it where there is none."""
@@ -155,6 +157,12 @@ class LogReader:
             if len(self.damage) < _DAMAGE_LINES:
                 self.damage.append(line)
 
+    def _check(self) -> None:
+        with self._open() as file:
+            if not McapScan(file).is_log():
+                what = "is empty" if self.path.stat().st_size == 0 else "is not an MCAP log"
+                raise BadLog(f"{self.path} {what}")
+
     def _open(self) -> BinaryIO:
         try:
             return open_regular(self.path)
@@ -166,12 +174,11 @@ class _NoLog(LogReader):
     """Stands for a file that cannot be read as a log: nothing but damage."""
 
     def __init__(self, path: Path, why: str) -> None:
-        self.path = path
-        self.complete = False
+        super().__init__(path)
         self.damage = [why]
-        self.metadata = {}
-        self.undecodable = {}
-        self.position = 0
+
+    def _check(self) -> None:
+        """It is known to be none."""
 
     def contents(self) -> LogContents:
         return LogContents({}, 0, 0)

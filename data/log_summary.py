@@ -83,7 +83,7 @@ def summarise(path: Path) -> LogSummary:
         if contents.topics:
             times += [contents.begins_ns, contents.ends_ns]
         complete = complete and reader.complete
-        damage += [f"{reader.path.name}: {line}" if len(parts) > 1 else line for line in reader.damage]
+        damage += reader.named_damage if len(parts) > 1 else reader.damage
         dropped = _counts(reader.metadata.get(DROPPED), dropped)
         lost = _counts(reader.metadata.get(LOST), lost)
         for topic, content in contents.topics.items():

@@ -65,7 +65,7 @@ def steps(path: Path, wanted: Collection[str] = _TOPICS, damage: list[str] | Non
                 run = _Run()
             yield from run.take(logged)
         if damage is not None:
-            damage += [f"{reader.path.name}: {line}" for line in reader.damage]
+            damage += reader.named_damage
     yield from run.finish()
 
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import msgspec
 
 from grasping_invisible.data.recorder import RecordingSettings
+from grasping_invisible.data.run_names import COORDINATOR, EXPLORER
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.link_settings import LinkSettings
 from grasping_invisible.runtime.methods import COORDINATION, EXPLORATION
@@ -36,8 +37,8 @@ class WorkspaceSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True)
 class PolicySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Names of the methods to search by and to coordinate by."""
 
-    exploration: str = "explorer"
-    coordination: str = "coordinator"
+    exploration: str = EXPLORER
+    coordination: str = COORDINATOR
 
     def __post_init__(self) -> None:
         for name, value, known in (

@@ -95,7 +95,7 @@ def read_decisions(path: Path) -> LoggedDecisions:
                 start = logged.message
             elif isinstance(logged.message, gi.Decision):
                 decisions.append((logged.message, start))
-        damage += [f"{reader.path.name}: {line}" for line in reader.damage]
+        damage += reader.named_damage
     return LoggedDecisions(tuple(decisions), tuple(damage))
 
 

@@ -186,10 +186,9 @@ def _bounds(robot: ZenohRobot, workspace: Workspace) -> Check:
 
 
 def _refusal(name: str, what: str, robot: ZenohRobot, command: gi.MotionCommand) -> Check:
-    if robot.health.state == gi.ROBOT_FAULT:
-        return Check(
-            name, None, f"not asked for: the robot is at fault: {robot.health.detail or 'it does not say why'}"
-        )
+    fault = robot.fault
+    if fault is not None:
+        return Check(name, None, f"not asked for: {fault}")
     try:
         outcome = robot.execute(command)
     except LinkError as error:

@@ -81,6 +81,14 @@ class ZenohRobot:
         return self._health
 
     @property
+    def fault(self) -> str | None:
+        """That the robot is at fault and why, in one line; None where it is not."""
+        health = self.health  # it may change meanwhile
+        if health.state != gi.ROBOT_FAULT:
+            return None
+        return f"the robot is at fault: {health.detail or 'it does not say why'}"
+
+    @property
     def lost_messages(self) -> dict[str, int]:
         """How many of the robot's messages never came, by topic; none of a robot that does not number them."""
         with self._changed:
@@ -232,8 +240,9 @@ class ZenohRobot:
         silent = time.monotonic() - self._heard_at
         if silent > self._settings.silence_seconds:
             raise LinkError(f"the robot has fallen silent: no heartbeat for {silent:.1f} s")
-        if self.health.state == gi.ROBOT_FAULT:
-            raise RobotError(f"the robot is at fault: {self.health.detail or 'it does not say why'}")
+        fault = self.fault
+        if fault is not None:
+            raise RobotError(fault)
 
     def _outcome_finder(self, command_id: int, asked_ns: int) -> Callable[[], gi.MotionOutcome | None]:
         """Finds the outcome; raises `LinkError` once the robot stands idle without having sent it.

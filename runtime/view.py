@@ -19,8 +19,6 @@ FLOOR_PERCENTILE = 10.0
 # Adjoining parts, 12 cm2, that are too tall to be clutter: of less, depth cameras see some where nothing is.
 TALL_PARTS = 6
 HAND_PARTS = 4  # at the workspace's near edge, 5.6 cm: so far an arm that waits at home may reach over it
-
-
 # Of the heightmap's rows and columns, as somebody behind the arm sees them: rows begin at the left, columns at the arm.
 QUARTERS = (("near left", "far left"), ("near right", "far right"))
 
@@ -35,20 +33,36 @@ class View:
     floors: dict[str, float]
 
 
+@dataclass(frozen=True, eq=False)
+class _Points:
+    """Points over the workspace: `row` and `column` among `PARTS`, `height` above the table, metres; (P,) each."""
+
+    row: NDArray[np.intp]
+    column: NDArray[np.intp]
+    height: NDArray[np.float32]
+
+    def that(self, are: NDArray[np.bool_]) -> "_Points":
+        """Some of them, by a (P,) mask."""
+        return _Points(self.row[are], self.column[are], self.height[are])
+
+    def parts(self) -> NDArray[np.bool_]:
+        """Over which parts of the workspace they are, (`PARTS`, `PARTS`)."""
+        parts = np.zeros((PARTS, PARTS), np.bool_)
+        parts[self.row, self.column] = True
+        return parts
+
+
 def view_of(frame: RgbdFrame, workspace: Workspace) -> View:
     """What a frame's depth image shows of the workspace."""
-    row, column, heights = _parts_in(frame, workspace)
-    clutter = heights <= MAX_HEIGHT
-    row, column, heights = row[clutter], column[clutter], heights[clutter]
-    seen = np.zeros((PARTS, PARTS), np.bool_)
-    seen[row, column] = True
+    points = _clutter(_points_of(frame, workspace))
+    seen = points.parts()
     floors = {}
     half = PARTS // 2
     for (down, right), name in np.ndenumerate(QUARTERS):
         quarter = seen[down * half :, right * half :][:half, :half]
         if quarter.mean() >= LEAST_SHARE:
-            inside = (row // half == down) & (column // half == right)
-            floors[str(name)] = float(np.percentile(heights[inside], FLOOR_PERCENTILE))
+            inside = points.that((points.row // half == down) & (points.column // half == right))
+            floors[str(name)] = float(np.percentile(inside.height, FLOOR_PERCENTILE))
     return View(float(seen.mean()), floors)
 
 
@@ -57,7 +71,8 @@ def check_view(frame: RgbdFrame, workspace: Workspace) -> None:
 
     And where something stands in the workspace that is too tall for heightmaps: its place would look free.
     """
-    share = view_of(frame, workspace).share
+    points = _points_of(frame, workspace)
+    share = _clutter(points).parts().mean()
     if share < LEAST_SHARE:
         raise RobotError(
             f"the depth image shows {share:.0%} of the workspace, and {LEAST_SHARE:.0%} are the least to act on; "
@@ -65,7 +80,7 @@ def check_view(frame: RgbdFrame, workspace: Workspace) -> None:
         )
     if frame.color[::8, ::8].std() < LEAST_CONTRAST:
         raise RobotError("the colour image is of one colour all over: is the lens covered?")
-    tall = _tall_place(frame, workspace)
+    tall = _tall_place(points, workspace)
     if tall is not None:
         raise RobotError(
             f"something at x {tall[0]:.2f}, y {tall[1]:.2f} m is more than {MAX_HEIGHT:g} m above the table: too tall "
@@ -73,23 +88,24 @@ def check_view(frame: RgbdFrame, workspace: Workspace) -> None:
         )
 
 
-def _tall_place(frame: RgbdFrame, workspace: Workspace) -> tuple[float, float] | None:
+def _clutter(points: _Points) -> _Points:
+    """Those that heightmaps show."""
+    return points.that(points.height <= MAX_HEIGHT)
+
+
+def _tall_place(points: _Points, workspace: Workspace) -> tuple[float, float] | None:
     """Where something stands that is taller than heightmaps show, (x, y) in metres, base frame, if anywhere."""
-    row, column, heights = _parts_in(frame, workspace)
-    above = (heights > MAX_HEIGHT) & (column >= HAND_PARTS)
-    tall = np.zeros((PARTS, PARTS), np.uint8)
-    tall[row[above], column[above]] = 1
-    _, _, statistics, centroids = cv2.connectedComponentsWithStats(tall, connectivity=8)
+    tall = points.that((points.height > MAX_HEIGHT) & (points.column >= HAND_PARTS)).parts()
+    _, _, statistics, centroids = cv2.connectedComponentsWithStats(tall.astype(np.uint8), connectivity=8)
     areas = statistics[1:, cv2.CC_STAT_AREA]  # without what is not tall
     if not len(areas) or areas.max() < TALL_PARTS:
         return None
     middle_column, middle_row = (float(middle) + 0.5 for middle in centroids[1 + areas.argmax()])
-    size = workspace.cells * workspace.resolution / PARTS
+    size = workspace.size / PARTS
     return workspace.low[0] + middle_column * size, workspace.high[1] - middle_row * size
 
 
-def _parts_in(frame: RgbdFrame, workspace: Workspace) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float32]]:
-    """Row and column among `PARTS` of points over the workspace, and height above the table, metres; (P,) each."""
+def _points_of(frame: RgbdFrame, workspace: Workspace) -> _Points:
     rows, columns, heights = points_in(frame, workspace, max(1, frame.depth.shape[0] // SAMPLED))
     row, column = (at.astype(np.intp) * PARTS // workspace.cells for at in (rows, columns))
-    return row, column, heights
+    return _Points(row, column, heights)
