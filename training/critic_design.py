@@ -19,7 +19,7 @@ class CriticDesign(msgspec.Struct, frozen=True):
     """`network`: a name in `NETWORKS`. `inputs`: one in `CRITIC_INPUTS` (paper, appendix on additional training)."""
 
     network: str = "light"
-    inputs: str = "color+depth+mask"
+    inputs: str = "depth+mask"
 
     def __str__(self) -> str:
         return f"{self.network}, {self.inputs}"

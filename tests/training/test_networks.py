@@ -50,7 +50,7 @@ def test_an_unknown_network_is_refused_with_those_known() -> None:
 
 
 def test_the_paper_s_critic_has_a_densenet_121_in_the_usual_names() -> None:
-    trunk = CriticDesign("densenet").build().get_submodule("trunk")
+    trunk = CriticDesign("densenet", "color+depth+mask").build().get_submodule("trunk")
     names = {name for name in trunk.state_dict() if not name.endswith("num_batches_tracked")}
     # As many as torchvision's densenet121 holds, its classifier's two left out, and 6,953,856 parameters but that the
     # first convolution takes nine channels and not three.
