@@ -15,6 +15,7 @@ from grasping_invisible.data.file_hash import file_sha256
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
 from grasping_invisible.runtime.errors import BadInput
 from grasping_invisible.runtime.heightmap import Heightmaps
+from grasping_invisible.runtime.rotation import PLANES
 from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.training.checkpoint import SHIPPED, checkpoint_folder, load_checkpoint
 from grasping_invisible.training.classifier_net import ClassifierNet
@@ -94,12 +95,12 @@ def test_training_goes_on_by_the_same_rewards(experience: Experience, tmp_path: 
 
 
 def test_training_goes_on_only_with_the_same_design(experience: Experience, tmp_path: Path) -> None:
-    first = CriticTraining(tmp_path / "first.pt", inputs="depth+mask", steps=1, rounds=1, batch=2)
+    first = CriticTraining(tmp_path / "first.pt", inputs="color+depth+mask", steps=1, rounds=1, batch=2)
     train_critic(first, experience, QUIET)
     more = replace(first, checkpoint=tmp_path / "more.pt", begin=first.checkpoint, inputs=None)
-    assert train_critic(more, experience, QUIET).trained_on["inputs"] == "depth+mask"
-    with pytest.raises(BadInput, match=r"another design \(light, depth\+mask, not light, color\+depth\+mask\)"):
-        train_critic(replace(more, inputs="color+depth+mask"), experience, QUIET)
+    assert train_critic(more, experience, QUIET).trained_on["inputs"] == "color+depth+mask"
+    with pytest.raises(BadInput, match=r"another design \(light, color\+depth\+mask, not light, depth\+mask\)"):
+        train_critic(replace(more, inputs="depth+mask"), experience, QUIET)
     with pytest.raises(BadInput, match="no critic checkpoint"):
         train_critic(CriticTraining(tmp_path / "critic.pt", begin=tmp_path / "none.pt"), experience, QUIET)
 
@@ -248,14 +249,14 @@ def test_a_checkpoint_gives_the_network_back(experience: Experience, tmp_path: P
     assert isinstance(load_critic(path), LightCritic)
 
 
-def test_a_critic_without_colour_learns_and_says_so(experience: Experience, tmp_path: Path) -> None:
+def test_a_critic_with_colour_learns_and_says_so(experience: Experience, tmp_path: Path) -> None:
     path = tmp_path / "critic.pt"
-    settings = CriticTraining(path, inputs="depth+mask", steps=60, rounds=1, batch=12, learning_rate=5e-3)
+    settings = CriticTraining(path, inputs="color+depth+mask", steps=60, rounds=1, batch=12, learning_rate=5e-3)
     checkpoint = train_critic(settings, experience, QUIET)
     assert checkpoint.scores["grasp_auc"] > 0.9
-    assert checkpoint.trained_on["inputs"] == "depth+mask"
-    assert load_critic(path).planes == 2
-    with pytest.raises(BadInput, match=r"another design \(light, depth\+mask, not light, color\+depth\+mask\)"):
+    assert checkpoint.trained_on["inputs"] == "color+depth+mask"
+    assert load_critic(path).planes == PLANES
+    with pytest.raises(BadInput, match=r"another design \(light, color\+depth\+mask, not light, depth\+mask\)"):
         train_critic(replace(settings, inputs=None), experience, QUIET)
 
 
