@@ -16,7 +16,7 @@ from grasping_invisible.runtime.failures import REMEMBERED, acts_at
 from grasping_invisible.runtime.heightmap import Heightmaps
 from grasping_invisible.runtime.last_seen import last_seen_after
 from grasping_invisible.runtime.memory import FRUITLESS_REMEMBERED, PUSHES_REMEMBERED, FruitlessAction, Memory
-from grasping_invisible.runtime.perception import Perception
+from grasping_invisible.runtime.perception import MIN_TARGET_PIXELS, Perception
 
 HEIGHT_NOISE = 0.008  # metres; a cell that differs by more has changed
 # Cells, 6 mm: only changes at least so wide count. At the edges of blocks and of what is hidden behind them single
@@ -27,12 +27,13 @@ CHANGED_AREA = 2.0e-4  # square metres of such changes: a 50 mm block that moved
 
 @dataclass(frozen=True)
 class Judgement:
-    """The facts of `gi.StepResult`. `border_decrease`: of o_b, in heightmap cells."""
+    """The facts of `gi.StepResult`. `border_decrease`: of o_b, in heightmap cells. `target_left`: see that function."""
 
     scene_changed: bool
     target_visible: bool
     object_grasped: bool
     target_grasped: bool
+    target_left: bool
     border_decrease: float
     detail: str
 
@@ -62,6 +63,7 @@ def judge(before: Perception, decision: Decision, outcome: gi.MotionOutcome, aft
     resolution = before.maps.workspace.resolution
     aimed = bool(feasible_grasps(before.mask, resolution)[decision.rotation, decision.row, decision.column])
     target_grasped = held and aimed and mostly_gone(before.mask, after.mask)
+    left = not held and target_left(before, after)
     changed = outcome.status != gi.UNREACHABLE and scene_changed(before.maps, after.maps)
     detail = ", ".join(
         filter(
@@ -69,7 +71,7 @@ def judge(before: Perception, decision: Decision, outcome: gi.MotionOutcome, aft
             (
                 outcome.detail,
                 "the scene changed" if changed else "the scene is as before",
-                _target_story(before, after, held, target_grasped),
+                _target_story(before, after, held, target_grasped, left),
             ),
         )
     )
@@ -78,9 +80,21 @@ def judge(before: Perception, decision: Decision, outcome: gi.MotionOutcome, aft
         target_visible=after.target_seen,
         object_grasped=held,
         target_grasped=target_grasped,
+        target_left=left,
         border_decrease=freed_cells(before.maps.height, before.mask, after.maps.height, after.mask, resolution),
         detail=detail,
     )
+
+
+def target_left(before: Perception, after: Perception) -> bool:
+    """Whether the target was taken out of the workspace: it was found there, and now shows outside it alone.
+
+    What shows outside must be new there: other things in its colour may lie around the workspace, and the target may
+    be hidden again.
+    """
+    if not before.target_found or after.target_found or after.hint.any():
+        return False
+    return int(np.count_nonzero(after.patches & ~before.patches)) >= MIN_TARGET_PIXELS
 
 
 def scene_changed(before: Heightmaps, after: Heightmaps) -> bool:
@@ -133,11 +147,13 @@ def _never_began(outcome: gi.MotionOutcome) -> bool:
     return outcome.status == gi.BLOCKED and outcome.path_fraction == 0.0
 
 
-def _target_story(before: Perception, after: Perception, held: bool, target_grasped: bool) -> str:
+def _target_story(before: Perception, after: Perception, held: bool, target_grasped: bool, left: bool) -> str:
     if target_grasped:
         return "the target is in the gripper"
     if held:
         return "something else is in the gripper"
+    if left:
+        return "the target lies outside the workspace"
     if after.target_seen and not before.target_seen:
         return "the target came to light"
     if before.target_seen and not after.target_seen:

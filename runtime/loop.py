@@ -1,4 +1,4 @@
-"""The loop (paper, algorithm 1): observe, decide, act, judge, until the target is in the gripper.
+"""The loop (paper, algorithm 1): observe, decide, act, judge, until the target is in the gripper, or out of reach.
 
 It works with any robot and any models, in this process or across the link. Whoever shows or keeps what happens is a
 watcher: the loop tells it and does not wait.
@@ -13,6 +13,7 @@ from typing import Protocol
 
 from grasping_invisible.data.clock import to_timestamp
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.data.run_names import BUDGET, FOUND, GRASPED, OUTSIDE
 from grasping_invisible.runtime.decision import DecisionSettings, Deliberation, deliberate
 from grasping_invisible.runtime.errors import RobotError
 from grasping_invisible.runtime.frame import RgbdFrame
@@ -64,6 +65,7 @@ class RunProgress:
 
     found: bool = False
     grasped: bool = False
+    target_left: bool = False  # the workspace, where nothing can take it back
     motions: int = 0
     decision_ms: list[float] = field(default_factory=list)
 
@@ -90,7 +92,7 @@ def run_loop(
         for watcher in watchers:
             watcher.perceived(frame, perception, memory.step)
         progress.found = progress.found or perception.target_found
-        if _is_over(progress, plan):
+        if end_of(progress, plan) is not None:
             return progress
 
         memory = replace(memory, last_motion=progress.motions + 1 == plan.max_motions)
@@ -105,7 +107,7 @@ def run_loop(
         frame = _look(robot, settings)
         after = perceive(frame, models, settings.target, settings.workspace)
         judgement = judge(perception, deliberation.decision, outcome, after)
-        progress.grasped = judgement.target_grasped
+        progress.grasped, progress.target_left = judgement.target_grasped, judgement.target_left
         for watcher in watchers:
             watcher.judged(deliberation, outcome, judgement)
 
@@ -124,9 +126,15 @@ def _look(robot: Robot, settings: DecisionSettings) -> RgbdFrame:
     return frame
 
 
-def _is_over(progress: RunProgress, plan: RunPlan) -> bool:
-    reached = progress.grasped or (plan.goal is Goal.FIND and progress.found)
-    return reached or progress.motions >= plan.max_motions
+def end_of(progress: RunProgress, plan: RunPlan) -> str | None:
+    """Why a run ends here, as logs call it; None: it goes on."""
+    if progress.grasped:
+        return GRASPED
+    if plan.goal is Goal.FIND and progress.found:
+        return FOUND
+    if progress.target_left:
+        return OUTSIDE
+    return BUDGET if progress.motions >= plan.max_motions else None
 
 
 class _Actor:

@@ -1,6 +1,7 @@
 """What the robot makes of one camera frame: labels, heightmaps, and where the target is, if it is seen."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import cv2
@@ -35,7 +36,8 @@ class Perception:
 
     `labels`: (H, W) uint8 class index of every pixel, as segmented. `maps`: heightmaps; the target's speckle
     is removed from their labels. `mask`: (N, N) bool, the target's heightmap cells, all false when it is not
-    seen. `target_pixels`: of the target in the image, without speckle. `stage_ms`: time each stage took.
+    seen. `patches`: (H, W) bool, the target's pixels in the image, without speckle, wherever they lie. `stage_ms`: time
+    each stage took.
     `glimpse`: (N, N) bool, the cells over which it shows in the image, though from above something else covers it; all
     false when it is seen, or not at all. `hint`: the same for however little of it, too little to count; `hint_height`:
     how far up above the table it reaches there, metres.
@@ -44,11 +46,16 @@ class Perception:
     labels: NDArray[np.uint8]
     maps: Heightmaps
     mask: NDArray[np.bool_]
-    target_pixels: int
+    patches: NDArray[np.bool_]
     glimpse: NDArray[np.bool_]
     hint: NDArray[np.bool_]
     hint_height: float
     stage_ms: dict[str, float]
+
+    @cached_property
+    def target_pixels(self) -> int:
+        """How much of the target shows in the image."""
+        return int(np.count_nonzero(self.patches))
 
     @property
     def target_found(self) -> bool:
@@ -90,7 +97,7 @@ def perceive(frame: RgbdFrame, segmenter: Segmenter, target: str, workspace: Wor
         points = shown_points(frame, patches, workspace).over
         glimpse = points > 0 if points.sum() >= MIN_TARGET_PIXELS else glimpse
     watch.lap("project")
-    return Perception(labels, maps, mask, pixels, glimpse, hint, hint_height, watch.laps)
+    return Perception(labels, maps, mask, patches, glimpse, hint, hint_height, watch.laps)
 
 
 def target_patches(is_target: NDArray[np.bool_], smallest: int = MIN_PATCH_PIXELS) -> NDArray[np.bool_]:

@@ -26,7 +26,7 @@ from grasping_invisible.runtime.errors import (
     LinkError,
 )
 from grasping_invisible.runtime.interruption import interruptions_held
-from grasping_invisible.runtime.loop import RunPlan, RunProgress, run_loop
+from grasping_invisible.runtime.loop import RunPlan, RunProgress, end_of, run_loop
 from grasping_invisible.runtime.recording_watch import RecordingWatch
 from grasping_invisible.runtime.request import RunRequest
 from grasping_invisible.runtime.robot_link import ZenohRobot
@@ -131,7 +131,7 @@ class _Run:
                 plan = RunPlan(request.seed, task.max_motions, limits=request.config.safety)
                 watchers = self._console, RecordingWatch(self._recorder, self._console), self._log
                 run_loop(robot, self._bundle, settings, plan, watchers, self._progress)
-                ended_because = "grasped" if self._progress.grasped else "budget"
+                ended_because = end_of(self._progress, plan) or ended_because
             finally:
                 robot.close()
                 self._lost = robot.lost_messages
@@ -187,6 +187,8 @@ class _Run:
         self._log.ended(self._run_id, progress, ended_because, self._recorder.dropped_messages, lost)
         verdict = "grasped" if progress.grasped else "not grasped" if progress.found else "not found"
         self._console.say(f"{self._task.target} {verdict} after {progress.motions} motions ({ended_because})")
+        if progress.target_left:
+            self._console.say(f"{self._task.target} lies outside the workspace now: put it back before the next run")
         if lost:
             self._console.say(f"{lost} messages of the robot were lost on the link, such as camera frames")
         self._console.say(f"log: {self._recorder.path}")

@@ -280,6 +280,7 @@ class _Session:
             target_visible=before.target_seen,
             object_grasped=outcome.holding,
             target_grasped=outcome.holding and color == target,
+            target_left=False,
             border_decrease=0.0,
             detail=f"{outcome.detail}; put back",
         )

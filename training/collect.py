@@ -18,7 +18,7 @@ from grasping_invisible.runtime.bundle import load_bundle
 from grasping_invisible.runtime.config import Config, to_toml
 from grasping_invisible.runtime.decision import DecisionSettings
 from grasping_invisible.runtime.errors import RobotError
-from grasping_invisible.runtime.loop import RunPlan, RunProgress, run_loop
+from grasping_invisible.runtime.loop import RunPlan, RunProgress, end_of, run_loop
 from grasping_invisible.runtime.perception import MIN_TARGET_PIXELS
 from grasping_invisible.runtime.run_log import RunFacts, RunLog
 from grasping_invisible.sim_robot.generate import Style, generate_scene
@@ -167,7 +167,7 @@ def _act(collection: Collection, number: int, log: ExperienceLog) -> SceneCounts
             why = "robot"
             try:
                 run_loop(spoken, behaviour, DecisionSettings(target, robot.workspace), plan, (watcher,), runs[-1])
-                why = "grasped" if runs[-1].grasped else "budget"
+                why = end_of(runs[-1], plan) or why
             finally:
                 watcher.ended(facts.run_id, runs[-1], why, 0)
     except RobotError as error:

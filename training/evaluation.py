@@ -45,6 +45,7 @@ class TrialResult(msgspec.Struct, frozen=True):
     `judged`: the runtime thinks that its goal is reached; an exploration ends when the segmenter sees the target.
     `success`: the same, and for a grasp ground truth agrees. `found_truth`: by ground truth the target is in view at
     the end, or held.
+    `motions`: all that were allowed where the target left the workspace, which ends a run as surely as spending them.
     `failure`: why the run was cut short, if it was.
     """
 
@@ -175,7 +176,7 @@ def run_trial(trial: Trial, models: Path | None, method: Method, log: Path | Non
         judged=judged,
         found=progress.found,
         found_truth=held or sum(targets.values()) >= MIN_TARGET_PIXELS,
-        motions=progress.motions,
+        motions=trial.max_motions if progress.target_left else progress.motions,
         max_motions=trial.max_motions,
         decision_ms=tuple(progress.decision_ms),
         failure=failure,

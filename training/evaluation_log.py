@@ -12,14 +12,12 @@ from grasping_invisible.runtime.config import Config, PolicySettings, to_toml
 from grasping_invisible.runtime.errors import GraspingError
 from grasping_invisible.runtime.frame import RgbdFrame
 from grasping_invisible.runtime.frame_sets import FrameParts
-from grasping_invisible.runtime.loop import Goal, RunPlan, RunProgress, Watcher
+from grasping_invisible.runtime.loop import RunPlan, RunProgress, Watcher, end_of
 from grasping_invisible.runtime.robot import Robot
 from grasping_invisible.runtime.run_log import RunFacts, RunLog
 from grasping_invisible.sim_robot.robot import SimRobot
 from grasping_invisible.training.evaluation_methods import Method
 from grasping_invisible.training.experience_log import SpokenRobot
-
-FOUND = "found"  # why a run ended that was for finding alone
 
 
 class FilmedRobot(SpokenRobot):
@@ -63,7 +61,7 @@ def logged_run(
     ended_because = "failed"
     try:
         yield FilmedRobot(robot, bus), log
-        ended_because = _end_of(plan, progress)
+        ended_because = end_of(progress, plan) or ended_because
     except GraspingError as error:
         ended_because = str(error)
         raise
@@ -72,9 +70,3 @@ def logged_run(
         recorder.close()
         if recorder.failure is not None:
             raise OSError(recorder.failure)
-
-
-def _end_of(plan: RunPlan, progress: RunProgress) -> str:
-    if progress.grasped:
-        return "grasped"
-    return FOUND if plan.goal is Goal.FIND and progress.found else "budget"

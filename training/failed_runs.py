@@ -9,13 +9,13 @@ from pathlib import Path
 from grasping_invisible.data.clock import to_ns
 from grasping_invisible.data.log_reader import read_messages
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
+from grasping_invisible.data.run_names import BUDGET, FOUND, GRASPED, OUTSIDE
 from grasping_invisible.data.steps import LoggedStep, steps
 from grasping_invisible.data.topics import RUN_START, RUN_SUMMARY
 from grasping_invisible.runtime.config import parse_config
 from grasping_invisible.runtime.perception import MIN_TARGET_PIXELS
 from grasping_invisible.runtime.workspace import Workspace
 from grasping_invisible.sim_robot.scene import load_scene, scene_names
-from grasping_invisible.training.evaluation_log import FOUND
 from grasping_invisible.training.failed_motions import Fault, fault_of, saw_target, targets, truly_visible
 
 LAST_MOTIONS = 2  # a target that is first seen with no more than these left was found too late
@@ -118,7 +118,7 @@ def failure_of(run: Run) -> Failure | None:
 
     The cause is the first of these that holds:
 
-    It ended otherwise than by success or its allowance. What it held was judged wrongly. The target is outside at the
+    It ended otherwise than by success, its allowance or a target that left the workspace. What it held was judged wrongly. The target is outside at the
     end. It was never seen from above: only in the camera's picture, or not even there though ground truth shows it, or
     nowhere. At half of the decisions for it or more it was truly out of sight. It was first seen with `LAST_MOTIONS` or
     fewer left. Otherwise the most frequent fault of the motions since it was first seen, the latest of equal ones.
@@ -131,12 +131,12 @@ def failure_of(run: Run) -> Failure | None:
 
 def _failure_of(run: Run) -> Failure | None:
     summary, last = run.summary, run.steps[-1] if run.steps else None
-    if summary is None or summary.ended_because not in ("grasped", FOUND, "budget"):
+    if summary is None or summary.ended_because not in (GRASPED, FOUND, OUTSIDE, BUDGET):
         return Failure(run, Cause.ROBOT, last)
     misjudged = _misjudged(run)
     if misjudged is not None:
         return Failure(run, Cause.MISJUDGED, misjudged)
-    if summary.ended_because != "budget":
+    if summary.ended_because not in (OUTSIDE, BUDGET):
         return None
     if run.last_truth is not None and all(_is_outside(item) for item in targets(run.last_truth, run.start)):
         return Failure(run, Cause.GONE, _left_at(run))

@@ -59,7 +59,9 @@ class TableRobot:
         self.covered = True
         self.target_there = True
         self.holding = False
+        self.knocked_out = False
         self.grasps_fail = 0
+        self.failed_grasps_knock_it_out = False  # of the workspace
         self.decoy_first = False
         self.commands: list[gi.MotionCommand] = []
         self.stopped: list[str] = []
@@ -69,7 +71,8 @@ class TableRobot:
         color = np.full((CAMERA.height, CAMERA.width, 3), TABLE, np.uint8)
         depth = np.full((CAMERA.height, CAMERA.width), CAMERA_HEIGHT, np.float32)
         if self.target_there:
-            color[110:130, 150:170], depth[110:130, 150:170] = TARGET, CAMERA_HEIGHT - 0.05
+            columns = slice(270, 290) if self.knocked_out else slice(150, 170)  # the workspace ends at column 245
+            color[110:130, columns], depth[110:130, columns] = TARGET, CAMERA_HEIGHT - 0.05
         cover = slice(95, 145) if self.covered else slice(150, 200)
         color[cover, 135:185], depth[cover, 135:185] = COVER, CAMERA_HEIGHT - 0.08
         return RgbdFrame(time.time_ns(), color, depth, CAMERA)
@@ -92,6 +95,7 @@ class TableRobot:
             self.decoy_first, self.holding = False, True  # something, but the target stays where it is
         elif self.grasps_fail:
             self.grasps_fail -= 1
+            self.knocked_out = self.failed_grasps_knock_it_out
         else:
             self.holding, self.target_there = True, False
 
@@ -220,7 +224,7 @@ def perceived(table_with: TableWith) -> Callable[..., Perception]:
         maps = table_with(*blocks)
         mask = maps.labels == CLASSES.index("red")
         return Perception(
-            maps.labels, maps, mask, int(mask.sum()) * 3, np.zeros_like(mask), np.zeros_like(mask), 0.0, {}
+            maps.labels, maps, mask, np.repeat(mask, 3, axis=0), np.zeros_like(mask), np.zeros_like(mask), 0.0, {}
         )
 
     return build

@@ -1,5 +1,6 @@
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from grasping_invisible.data.proto import grasping_invisible_pb2 as gi
@@ -53,6 +54,25 @@ def test_a_scene_that_only_flickers_is_as_before(decision, perceived):
     assert not judge(before, decision(gi.PUSH), outcome(), after).scene_changed
     after.maps.height[67, 100:107] += 0.03  # 56
     assert judge(before, decision(gi.PUSH), outcome(), after).scene_changed
+
+
+def test_a_target_that_shows_outside_the_workspace_alone_has_left_it(decision, perceived):
+    there, hidden = perceived(TARGET), perceived()
+    outside = np.zeros_like(hidden.patches)
+    outside[:10, :10] = True  # as many pixels as a target must show
+    gone = replace(hidden, patches=outside)
+    result = judge(there, decision(gi.PUSH), outcome(), gone)
+    assert result.target_left
+    assert "outside the workspace" in result.detail
+    for before, holding, after in (
+        (hidden, False, gone),  # not that it had been in there
+        (there, True, gone),  # something is held: what shows is not what was taken
+        (there, False, hidden),
+        (there, False, replace(hidden, patches=outside & ~np.eye(len(outside), outside.shape[1], dtype=bool))),
+        (there, False, replace(gone, hint=there.mask)),  # and a little shows within
+        (replace(there, patches=there.patches | outside), False, gone),  # it had been there all the time
+    ):
+        assert not judge(before, decision(gi.GRASP), outcome(holding), after).target_left
 
 
 def test_an_arm_that_did_not_start_changed_nothing(decision, perceived):
