@@ -118,10 +118,11 @@ def failure_of(run: Run) -> Failure | None:
 
     The cause is the first of these that holds:
 
-    It ended otherwise than by success, its allowance or a target that left the workspace. What it held was judged wrongly. The target is outside at the
-    end. It was never seen from above: only in the camera's picture, or not even there though ground truth shows it, or
-    nowhere. At half of the decisions for it or more it was truly out of sight. It was first seen with `LAST_MOTIONS` or
-    fewer left. Otherwise the most frequent fault of the motions since it was first seen, the latest of equal ones.
+    It ended otherwise than by success, its allowance or a target that left the workspace. What it held was judged
+    wrongly. The target is outside at the end. It was never seen from above: only in the camera's picture, or not even
+    there though ground truth shows it, or nowhere. At half of the decisions for it or more it was truly out of sight.
+    It was first seen with `LAST_MOTIONS` or fewer left. Otherwise the most frequent fault of the motions since it was
+    first seen, the latest of equal ones.
     """
     failure = _failure_of(run)
     if failure is None:
