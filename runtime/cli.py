@@ -24,8 +24,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="gi-runtime",
         description="Find a hidden object by pushing clutter apart, and grasp it. Everything is logged.",
-        epilog="Exit codes: 0 the target is grasped; 1 it is not, within the motions allowed; 2 bad usage or bad "
-        "input; 3 the robot or the link to it failed; 70 a fault of this program; 130 interrupted.",
+        epilog="Exit codes: 0 the target is grasped; 1 it is not, within the motions allowed, or it left the "
+        "workspace; 2 bad usage or bad input; 3 robot or link failed; 70 a fault of this program; 130 interrupted.",
     )
     parser.add_argument(
         "--robot",

@@ -63,7 +63,7 @@ def judge(before: Perception, decision: Decision, outcome: gi.MotionOutcome, aft
     resolution = before.maps.workspace.resolution
     aimed = bool(feasible_grasps(before.mask, resolution)[decision.rotation, decision.row, decision.column])
     target_grasped = held and aimed and mostly_gone(before.mask, after.mask)
-    left = not held and target_left(before, after)
+    left = not held and target_left(before, after)  # what is held may show in the image, outside the workspace
     changed = outcome.status != gi.UNREACHABLE and scene_changed(before.maps, after.maps)
     detail = ", ".join(
         filter(
@@ -92,7 +92,7 @@ def target_left(before: Perception, after: Perception) -> bool:
     What shows outside must be new there: other things in its colour may lie around the workspace, and the target may
     be hidden again.
     """
-    if not before.target_found or after.target_found or after.hint.any():
+    if not before.target_found or not after.target_beyond or after.hint.any():
         return False
     return int(np.count_nonzero(after.patches & ~before.patches)) >= MIN_TARGET_PIXELS
 

@@ -65,9 +65,10 @@ class RunProgress:
 
     found: bool = False
     grasped: bool = False
-    target_left: bool = False  # the workspace, where nothing can take it back
+    target_left: bool = False  # it was taken out of the workspace, from where no motion brings it back
     motions: int = 0
     decision_ms: list[float] = field(default_factory=list)
+    ended_because: str | None = None  # as logs call it; None: it goes on, or was cut short
 
 
 def run_loop(
@@ -92,7 +93,8 @@ def run_loop(
         for watcher in watchers:
             watcher.perceived(frame, perception, memory.step)
         progress.found = progress.found or perception.target_found
-        if end_of(progress, plan) is not None:
+        progress.ended_because = _end_of(progress, plan)
+        if progress.ended_because is not None:
             return progress
 
         memory = replace(memory, last_motion=progress.motions + 1 == plan.max_motions)
@@ -126,8 +128,8 @@ def _look(robot: Robot, settings: DecisionSettings) -> RgbdFrame:
     return frame
 
 
-def end_of(progress: RunProgress, plan: RunPlan) -> str | None:
-    """Why a run ends here, as logs call it; None: it goes on."""
+def _end_of(progress: RunProgress, plan: RunPlan) -> str | None:
+    """Why a run ends here; None: it goes on."""
     if progress.grasped:
         return GRASPED
     if plan.goal is Goal.FIND and progress.found:

@@ -1,7 +1,6 @@
 """What the robot makes of one camera frame: labels, heightmaps, and where the target is, if it is seen."""
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import cv2
@@ -20,6 +19,7 @@ MIN_PATCH_PIXELS = 30  # of one connected patch; smaller ones are ignored
 MIN_HINT_PIXELS = 4  # of one connected patch: where to look for the target, until it is seen
 MIN_TARGET_PIXELS = 100  # of all remaining patches together
 MIN_TARGET_CELLS = 16  # of the heightmap, after projection: the target lies in the workspace
+BEYOND = 0.03  # metres outside the workspace, half of a large target: what shows no nearer has left it
 
 
 class Segmenter(Protocol):
@@ -36,8 +36,8 @@ class Perception:
 
     `labels`: (H, W) uint8 class index of every pixel, as segmented. `maps`: heightmaps; the target's speckle
     is removed from their labels. `mask`: (N, N) bool, the target's heightmap cells, all false when it is not
-    seen. `patches`: (H, W) bool, the target's pixels in the image, without speckle, wherever they lie. `stage_ms`: time
-    each stage took.
+    seen. `patches`: (H, W) bool, the target's pixels in the image, without speckle, wherever they lie. `target_beyond`:
+    they are of something that lies farther than `BEYOND` outside the workspace. `stage_ms`: time each stage took.
     `glimpse`: (N, N) bool, the cells over which it shows in the image, though from above something else covers it; all
     false when it is seen, or not at all. `hint`: the same for however little of it, too little to count; `hint_height`:
     how far up above the table it reaches there, metres.
@@ -47,12 +47,13 @@ class Perception:
     maps: Heightmaps
     mask: NDArray[np.bool_]
     patches: NDArray[np.bool_]
+    target_beyond: bool
     glimpse: NDArray[np.bool_]
     hint: NDArray[np.bool_]
     hint_height: float
     stage_ms: dict[str, float]
 
-    @cached_property
+    @property
     def target_pixels(self) -> int:
         """How much of the target shows in the image."""
         return int(np.count_nonzero(self.patches))
@@ -93,11 +94,21 @@ def perceive(frame: RgbdFrame, segmenter: Segmenter, target: str, workspace: Wor
     if not mask.any() and is_target.any():
         shown = shown_points(frame, target_patches(is_target, MIN_HINT_PIXELS), workspace)
         hint, hint_height = shown.over > 0, shown.height
+    beyond = False
     if not mask.any() and pixels >= MIN_TARGET_PIXELS:
         points = shown_points(frame, patches, workspace).over
         glimpse = points > 0 if points.sum() >= MIN_TARGET_PIXELS else glimpse
+        beyond = _lies_beyond(frame, patches, workspace)
     watch.lap("project")
-    return Perception(labels, maps, mask, patches, glimpse, hint, hint_height, watch.laps)
+    return Perception(labels, maps, mask, patches, beyond, glimpse, hint, hint_height, watch.laps)
+
+
+def _lies_beyond(frame: RgbdFrame, patches: NDArray[np.bool_], workspace: Workspace) -> bool:
+    """Whether enough of the target is measured, and nothing of it within `BEYOND` of the workspace."""
+    if np.count_nonzero(frame.depth[patches] > 0) < MIN_TARGET_PIXELS:
+        return False
+    reach = replace(workspace, size=workspace.size + 2 * BEYOND)
+    return not shown_points(frame, patches, reach).over.any()
 
 
 def target_patches(is_target: NDArray[np.bool_], smallest: int = MIN_PATCH_PIXELS) -> NDArray[np.bool_]:

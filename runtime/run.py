@@ -26,7 +26,7 @@ from grasping_invisible.runtime.errors import (
     LinkError,
 )
 from grasping_invisible.runtime.interruption import interruptions_held
-from grasping_invisible.runtime.loop import RunPlan, RunProgress, end_of, run_loop
+from grasping_invisible.runtime.loop import RunPlan, RunProgress, run_loop
 from grasping_invisible.runtime.recording_watch import RecordingWatch
 from grasping_invisible.runtime.request import RunRequest
 from grasping_invisible.runtime.robot_link import ZenohRobot
@@ -131,7 +131,7 @@ class _Run:
                 plan = RunPlan(request.seed, task.max_motions, limits=request.config.safety)
                 watchers = self._console, RecordingWatch(self._recorder, self._console), self._log
                 run_loop(robot, self._bundle, settings, plan, watchers, self._progress)
-                ended_because = end_of(self._progress, plan) or ended_because
+                ended_because = self._progress.ended_because or ended_because
             finally:
                 robot.close()
                 self._lost = robot.lost_messages
@@ -196,14 +196,15 @@ class _Run:
         if self._recorder.failure is not None:
             write_line(f"gi-runtime: {self._recorder.failure}", sys.stderr)
         if self._request.json:
-            write_line(msgspec.json.encode(self._summary()).decode(), sys.stdout)
+            write_line(msgspec.json.encode(self._summary(ended_because)).decode(), sys.stdout)
 
-    def _summary(self) -> dict[str, object]:
+    def _summary(self, ended_because: str) -> dict[str, object]:
         progress = self._progress
         return {
             "grasped": progress.grasped,
             "found": progress.found,
             "motions": progress.motions,
+            "ended_because": ended_because,
             "target": self._task.target,
             "scene": self._task.scene,
             "seed": self._request.seed,

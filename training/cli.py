@@ -79,7 +79,8 @@ def _add_critic(parser: argparse.ArgumentParser) -> None:
     )
     as_begun = "(default: as in --begin, otherwise {})"
     network, inputs = as_begun.format(CriticDesign().network), as_begun.format(CriticDesign().inputs)
-    parser.add_argument("--network", choices=NETWORKS, help=f"densenet: the paper's, which sees colour too {network}")
+    densenet = "densenet: the paper's, there with --inputs color+depth+mask"
+    parser.add_argument("--network", choices=NETWORKS, help=f"{densenet} {network}")
     parser.add_argument("--inputs", choices=CRITIC_INPUTS, help=f"what it sees {inputs}")
     parser.add_argument("--agnostic", action="store_true", help="learn of any object, as VPG does, and not of a target")
     parser.add_argument(

@@ -1,7 +1,8 @@
 """Self-supervised collection: the robot acts in random clutter and logs what comes of it (paper, section VI-B).
 
 Each scene makes one log, which depends on its seed and the models alone. In a scene the robot is after one visible
-target candidate; once that is grasped, or its motions are spent, after another, until none is in view.
+target candidate; once that is grasped, has left the workspace, or its motions are spent, after another, until none is
+in view.
 """
 
 import os
@@ -18,7 +19,7 @@ from grasping_invisible.runtime.bundle import load_bundle
 from grasping_invisible.runtime.config import Config, to_toml
 from grasping_invisible.runtime.decision import DecisionSettings
 from grasping_invisible.runtime.errors import RobotError
-from grasping_invisible.runtime.loop import RunPlan, RunProgress, end_of, run_loop
+from grasping_invisible.runtime.loop import RunPlan, RunProgress, run_loop
 from grasping_invisible.runtime.perception import MIN_TARGET_PIXELS
 from grasping_invisible.runtime.run_log import RunFacts, RunLog
 from grasping_invisible.sim_robot.generate import Style, generate_scene
@@ -167,7 +168,7 @@ def _act(collection: Collection, number: int, log: ExperienceLog) -> SceneCounts
             why = "robot"
             try:
                 run_loop(spoken, behaviour, DecisionSettings(target, robot.workspace), plan, (watcher,), runs[-1])
-                why = end_of(runs[-1], plan) or why
+                why = runs[-1].ended_because or why
             finally:
                 watcher.ended(facts.run_id, runs[-1], why, 0)
     except RobotError as error:

@@ -69,7 +69,7 @@ def _pairs(pairs: list[tuple[TrialResult, TrialResult]]) -> Pairs:
     both = sum(one.success and other.success for one, other in pairs)
     first_only = sum(one.success and not other.success for one, other in pairs)
     second_only = sum(other.success and not one.success for one, other in pairs)
-    motions = [float(other.motions - one.motions) for one, other in pairs]
+    motions = [float(other.motions_counted - one.motions_counted) for one, other in pairs]
     return Pairs(
         pairs=len(pairs),
         first=rates_of([one for one, _ in pairs]),

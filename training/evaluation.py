@@ -45,8 +45,7 @@ class TrialResult(msgspec.Struct, frozen=True):
     `judged`: the runtime thinks that its goal is reached; an exploration ends when the segmenter sees the target.
     `success`: the same, and for a grasp ground truth agrees. `found_truth`: by ground truth the target is in view at
     the end, or held.
-    `motions`: all that were allowed where the target left the workspace, which ends a run as surely as spending them.
-    `failure`: why the run was cut short, if it was.
+    `target_left`: the run ended because the target had left the workspace. `failure`: why it was cut short, if it was.
     """
 
     scene: str
@@ -59,6 +58,12 @@ class TrialResult(msgspec.Struct, frozen=True):
     max_motions: int
     decision_ms: tuple[float, ...]
     failure: str | None = None
+    target_left: bool = False
+
+    @property
+    def motions_counted(self) -> int:
+        """All that were allowed where the target left the workspace, which fails as surely as spending them."""
+        return self.max_motions if self.target_left else self.motions
 
 
 def trials_of(suite: str, runs: int, seed: int) -> list[Trial]:
@@ -176,8 +181,9 @@ def run_trial(trial: Trial, models: Path | None, method: Method, log: Path | Non
         judged=judged,
         found=progress.found,
         found_truth=held or sum(targets.values()) >= MIN_TARGET_PIXELS,
-        motions=trial.max_motions if progress.target_left else progress.motions,
+        motions=progress.motions,
         max_motions=trial.max_motions,
         decision_ms=tuple(progress.decision_ms),
         failure=failure,
+        target_left=progress.target_left,
     )

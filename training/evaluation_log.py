@@ -12,7 +12,7 @@ from grasping_invisible.runtime.config import Config, PolicySettings, to_toml
 from grasping_invisible.runtime.errors import GraspingError
 from grasping_invisible.runtime.frame import RgbdFrame
 from grasping_invisible.runtime.frame_sets import FrameParts
-from grasping_invisible.runtime.loop import RunPlan, RunProgress, Watcher, end_of
+from grasping_invisible.runtime.loop import RunPlan, RunProgress, Watcher
 from grasping_invisible.runtime.robot import Robot
 from grasping_invisible.runtime.run_log import RunFacts, RunLog
 from grasping_invisible.sim_robot.robot import SimRobot
@@ -61,7 +61,7 @@ def logged_run(
     ended_because = "failed"
     try:
         yield FilmedRobot(robot, bus), log
-        ended_because = end_of(progress, plan) or ended_because
+        ended_because = progress.ended_because or ended_because
     except GraspingError as error:
         ended_because = str(error)
         raise

@@ -82,7 +82,7 @@ def rates_of(results: Sequence[TrialResult]) -> Rates:
 
 def _averages(results: Sequence[TrialResult]) -> Averages:
     successes = sum(result.success for result in results)
-    motions = [float(result.motions) for result in results]
+    motions = [float(result.motions_counted) for result in results]
     return Averages(
         success_rate=successes / len(results),
         success_interval=wilson(successes, len(results)),

@@ -223,9 +223,8 @@ def perceived(table_with: TableWith) -> Callable[..., Perception]:
     def build(*blocks: Block) -> Perception:
         maps = table_with(*blocks)
         mask = maps.labels == CLASSES.index("red")
-        return Perception(
-            maps.labels, maps, mask, np.repeat(mask, 3, axis=0), np.zeros_like(mask), np.zeros_like(mask), 0.0, {}
-        )
+        patches, nothing = np.repeat(mask, 3, axis=0), np.zeros_like(mask)
+        return Perception(maps.labels, maps, mask, patches, False, nothing, nothing, 0.0, {})
 
     return build
 

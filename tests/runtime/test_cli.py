@@ -82,7 +82,18 @@ def test_a_run_sums_up_and_the_same_seed_decides_the_same(tmp_path: Path) -> Non
         code, out, err = finished(folder, "--scene", SCENE, "--seed", "3", "--max-motions", "1", "--json")
         assert code in (0, 1), err
         summary = json.loads(out.splitlines()[-1])
-        assert list(summary) == ["grasped", "found", "motions", "target", "scene", "seed", "log", "decision_ms"]
+        assert list(summary) == [
+            "grasped",
+            "found",
+            "motions",
+            "ended_because",
+            "target",
+            "scene",
+            "seed",
+            "log",
+            "decision_ms",
+        ]
+        assert summary["ended_because"] == ("grasped" if code == 0 else "budget")
         assert (summary["scene"], summary["seed"], summary["motions"]) == (SCENE, 3, 1)
         assert summary["grasped"] == (code == 0)
         assert 0 < summary["decision_ms"]["p50"] <= summary["decision_ms"]["p99"]

@@ -60,7 +60,7 @@ def test_a_target_that_shows_outside_the_workspace_alone_has_left_it(decision, p
     there, hidden = perceived(TARGET), perceived()
     outside = np.zeros_like(hidden.patches)
     outside[:10, :10] = True  # as many pixels as a target must show
-    gone = replace(hidden, patches=outside)
+    gone = replace(hidden, patches=outside, target_beyond=True)
     result = judge(there, decision(gi.PUSH), outcome(), gone)
     assert result.target_left
     assert "outside the workspace" in result.detail
@@ -68,7 +68,8 @@ def test_a_target_that_shows_outside_the_workspace_alone_has_left_it(decision, p
         (hidden, False, gone),  # not that it had been in there
         (there, True, gone),  # something is held: what shows is not what was taken
         (there, False, hidden),
-        (there, False, replace(hidden, patches=outside & ~np.eye(len(outside), outside.shape[1], dtype=bool))),
+        (there, False, replace(gone, patches=outside & ~np.eye(len(outside), outside.shape[1], dtype=bool))),
+        (there, False, replace(gone, target_beyond=False)),
         (there, False, replace(gone, hint=there.mask)),  # and a little shows within
         (replace(there, patches=there.patches | outside), False, gone),  # it had been there all the time
     ):

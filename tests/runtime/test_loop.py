@@ -9,7 +9,7 @@ from grasping_invisible.data.run_names import OUTSIDE
 from grasping_invisible.runtime.decision import DecisionSettings, Deliberation
 from grasping_invisible.runtime.errors import RobotError
 from grasping_invisible.runtime.frame import RgbdFrame
-from grasping_invisible.runtime.loop import Goal, RunPlan, RunProgress, end_of, run_loop
+from grasping_invisible.runtime.loop import Goal, RunPlan, RunProgress, run_loop
 from grasping_invisible.runtime.safety import SafetyLimits, UnsafeCommand
 
 RED = DecisionSettings("red")
@@ -90,10 +90,9 @@ def test_a_search_ends_when_the_target_is_seen(table_robot: Any, color_models: A
 
 def test_a_target_that_leaves_the_workspace_ends_the_run(table_robot: Any, color_models: Any) -> None:
     table_robot.grasps_fail, table_robot.failed_grasps_knock_it_out = 1, True
-    plan = RunPlan()
-    progress = run_loop(table_robot, color_models, RED, plan)
+    progress = run_loop(table_robot, color_models, RED, RunPlan())
     assert (progress.found, progress.grasped, progress.target_left, progress.motions) == (True, False, True, 2)
-    assert end_of(progress, plan) == OUTSIDE
+    assert progress.ended_because == OUTSIDE
 
 
 def test_another_object_is_put_down_without_counting_as_a_motion(table_robot: Any, color_models: Any) -> None:

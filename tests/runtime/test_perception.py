@@ -33,8 +33,10 @@ class Painted:
         return self.labels
 
 
-def perceived(segmenter: Painted, target: str = "red"):
+def perceived(segmenter: Painted, target: str = "red", unmeasured: tuple[slice, slice] | None = None):
     frame = RgbdFrame(3, np.zeros((480, 640, 3), np.uint8), np.full((480, 640), 0.57, np.float32), CAMERA)
+    if unmeasured is not None:
+        frame.depth[unmeasured] = 0
     return perceive(frame, segmenter, target, Workspace())
 
 
@@ -128,3 +130,14 @@ def test_patches_touching_at_a_corner_are_one():
     image[8, 39] = True
     assert target_patches(image).sum() == 40
     assert not target_patches(np.zeros((40, 40), bool)).any()
+
+
+def test_a_target_is_beyond_the_workspace_where_it_is_measured_and_no_part_of_it_is_near() -> None:
+    middle, far, near = np.s_[200:230, 300:330], np.s_[200:230, 595:625], np.s_[200:230, 560:590]  # it ends at 556
+    assert perceived(Painted(far)).target_beyond
+    assert not perceived(Painted(near)).target_beyond  # it may reach in, under something
+    assert not perceived(Painted(near, far)).target_beyond
+    assert not perceived(Painted(middle, far)).target_beyond
+    assert not perceived(Painted(middle), unmeasured=middle).target_beyond  # it lies nobody knows where
+    assert not perceived(Painted(far), unmeasured=far).target_beyond
+    assert not perceived(Painted(np.s_[200:209, 600:611])).target_beyond  # 99 pixels

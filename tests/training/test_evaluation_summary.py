@@ -22,6 +22,12 @@ def test_rates_are_overall_and_of_each_scene(result_of):
     assert summary.scenes["b"].motions_interval == (2.0, 2.0)
 
 
+def test_a_target_that_left_the_workspace_costs_all_motions(result_of):
+    left = msgspec.structs.replace(result_of("a", 0, False, 2), target_left=True, max_motions=5)
+    summary = summarise([left, result_of("a", 1, True, 1)], Measured("s", "ours", "m", "h"), 2, 0)
+    assert summary.motions_mean == 3.0
+
+
 def test_programs_read_a_summary_by_names_that_stay(result_of):
     summary = summarise([result_of("a", 0, True, 2), result_of("b", 0, True, 2)], Measured("s", "ours", "m", "h"), 1, 7)
     said = msgspec.json.decode(msgspec.json.encode(summary))

@@ -51,6 +51,10 @@ def test_a_target_that_was_pushed_out(steps):
         assert failure.step is pushed
 
 
+def test_a_target_that_was_taken_to_have_left(steps):
+    assert cause_of(steps.run(steps.step(gi.PUSH), ended=OUTSIDE)) is Cause.GIVEN_UP
+
+
 @pytest.mark.parametrize(
     ("pixels", "truly", "cause"),
     [(0, 0, Cause.NEVER_UNCOVERED), (0, 400, Cause.NOT_SEGMENTED), (400, 400, Cause.COVERED)],
