@@ -45,7 +45,7 @@ class ResidualLayer(nn.Module):
 class DenseNetCritic(CriticNet):
     """See the module."""
 
-    def __init__(self, planes: int = PLANES, trunk_layers: tuple[int, ...] = LAYERS_121) -> None:
+    def __init__(self, planes: int, trunk_layers: tuple[int, ...] = LAYERS_121) -> None:
         super().__init__(planes)
         # Colour, depth, mask; or depth and mask where it sees no colour.
         self.parts = [COLOR_PLANES, 1, 1] if planes == PLANES else [1, 1]

@@ -10,7 +10,6 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from grasping_invisible.data.action_grid import PUSH_LEVELS
-from grasping_invisible.runtime.rotation import PLANES
 from grasping_invisible.training.critic_net import CriticNet
 
 WIDTHS = (16, 32, 64, 96)
@@ -52,7 +51,7 @@ class Head(nn.Module):
 class LightCritic(CriticNet):
     """See the module."""
 
-    def __init__(self, planes: int = PLANES, widths: tuple[int, int, int, int] = WIDTHS) -> None:
+    def __init__(self, planes: int, widths: tuple[int, int, int, int] = WIDTHS) -> None:
         super().__init__(planes)
         inputs = (planes, *widths[:-1])
         mixes = [*(separable(width) for width in widths[:-1]), conv_bn_relu(widths[-1], widths[-1])]

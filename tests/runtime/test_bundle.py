@@ -20,11 +20,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from grasping_invisible.export.bundle import export_checkpoints
     from grasping_invisible.training.checkpoint import Checkpoint, save_checkpoint
     from grasping_invisible.training.classifier_net import ClassifierNet
-    from grasping_invisible.training.light_critic import LightCritic
+    from grasping_invisible.training.critic_design import CriticDesign
     from grasping_invisible.training.segmenter_net import SegmenterNet
 
     torch.manual_seed(0)
-    nets = {"segmenter": SegmenterNet(), "critic": LightCritic(), "classifier": ClassifierNet()}
+    nets = {"segmenter": SegmenterNet(), "critic": CriticDesign().build(), "classifier": ClassifierNet()}
     checkpoints, out = tmp_path_factory.mktemp("checkpoints"), tmp_path_factory.mktemp("bundle")
     for kind, net in nets.items():
         save_checkpoint(checkpoints / f"{kind}.pt", Checkpoint(kind, net.state_dict(), scores={"accuracy": 0.5}))

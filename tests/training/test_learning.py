@@ -26,11 +26,10 @@ from grasping_invisible.runtime.heightmap import Heightmaps, project
 from grasping_invisible.runtime.motion import cell_position, grasp_height, low_grasps
 from grasping_invisible.sim_robot.branching import BranchingRobot
 from grasping_invisible.sim_robot.scene import Scene, SceneObject
-from grasping_invisible.training.critic_design import load_critic
+from grasping_invisible.training.critic_design import CriticDesign, load_critic
 from grasping_invisible.training.critic_net import CriticNet
 from grasping_invisible.training.critic_values import q_maps
 from grasping_invisible.training.experience import Experience
-from grasping_invisible.training.light_critic import LightCritic
 from grasping_invisible.training.packed_maps import PackedMaps
 from grasping_invisible.training.train_critic import CriticTraining, train_critic
 from grasping_invisible.training.transitions import Transition
@@ -126,7 +125,7 @@ def examine(net: CriticNet, planks: list[Plank]) -> float:
 def learn(experience: Experience, planks: list[Plank], seed: int, folder: Path) -> tuple[float, float]:
     """What a critic lifts before and after its training."""
     torch.manual_seed(seed)
-    before = examine(LightCritic(), planks)
+    before = examine(CriticDesign().build(), planks)
     path = folder / f"critic-{seed}.pt"
     settings = CriticTraining(path, steps=STEPS, rounds=1, batch=BATCH, learning_rate=LEARNING_RATE, seed=seed)
     train_critic(settings, experience, Console(quiet=True))

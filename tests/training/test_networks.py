@@ -4,7 +4,7 @@ import torch
 
 from grasping_invisible.data.classes import CLASSES
 from grasping_invisible.runtime.errors import BadInput
-from grasping_invisible.runtime.rotation import CRITIC_INPUTS
+from grasping_invisible.runtime.rotation import CRITIC_INPUTS, PLANES
 from grasping_invisible.training.classifier_net import ClassifierGraph, ClassifierNet
 from grasping_invisible.training.critic_design import NETWORKS, CriticDesign
 from grasping_invisible.training.critic_net import executed
@@ -80,9 +80,9 @@ def test_only_the_executed_cells_are_trained() -> None:
 
 def test_a_shifted_scene_has_shifted_values() -> None:
     """What the critic says of a place must not depend on where in the grid it lies, away from the edge."""
-    net = LightCritic().eval()
-    planes = torch.zeros(1, 5, 160, 160)
-    planes[:, :, 70:84, 60:90] = torch.rand(5, 14, 30)
+    net = LightCritic(PLANES).eval()
+    planes = torch.zeros(1, PLANES, 160, 160)
+    planes[:, :, 70:84, 60:90] = torch.rand(PLANES, 14, 30)
     shifted = torch.roll(planes, (16, 0), (2, 3))
     with torch.inference_mode():
         here, _ = net(planes)

@@ -148,7 +148,7 @@ def replay_of(transitions: list[Transition], rewards: str) -> Replay:
 
 def critic_that_says(push: float, grasp: float) -> LightCritic:
     """A critic of the same opinion everywhere."""
-    net = LightCritic()
+    net = LightCritic(PLANES)
     for head, value in ((net.grasp, grasp), (net.push, push)):
         weights = head.quarters.state_dict()
         constant = {
