@@ -180,7 +180,7 @@ class _Run:
         self._bundle = load_bundle()
         self._recorder = Recorder(path)
         self._waits = _Waits(self._recorder)
-        self._progress = RunProgress()
+        self._progress = RunProgress(ended_because="time is up")
         self._seconds = self._cpu_writer = self._cpu_all = 0.0
         self._lost = 0
 
@@ -192,21 +192,21 @@ class _Run:
         log.started(self._facts(target))
         robot = ZenohRobot(endpoint, bus, LinkSettings(), RUN_ID)
         clock = _Clock(seconds, advance)
-        cpu_before, why, interrupted = time.process_time(), "time is up", False
+        cpu_before, interrupted = time.process_time(), False
         try:
             plan = RunPlan(max_motions=ENDLESS)
             run_loop(robot, self._bundle, DecisionSettings(target), plan, (log, clock), self._progress)
         except _TimeIsUp:
             pass
         except KeyboardInterrupt:
-            why, interrupted = "interrupted", True
+            self._progress.ended_because, interrupted = "interrupted", True
         finally:
             self._seconds = clock.elapsed
             self._cpu_all = time.process_time() - cpu_before
             self._cpu_writer = _cpu_seconds("recorder")
             self._lost = robot.lost_messages.get(COLOR_IMAGE.key, 0)
             robot.close()
-            log.ended(RUN_ID, self._progress, why, self._recorder.dropped_messages)
+            log.ended(RUN_ID, self._progress, self._recorder.dropped_messages)
         return interrupted
 
     def figures(self, asked_seconds: float, hz: float) -> RecorderFigures:

@@ -68,7 +68,7 @@ class RunProgress:
     target_left: bool = False  # it was taken out of the workspace, from where no motion brings it back
     motions: int = 0
     decision_ms: list[float] = field(default_factory=list)
-    ended_because: str | None = None  # as logs call it; None: it goes on, or was cut short
+    ended_because: str = "failed"  # as logs call it, once it has ended: `run_loop` says so, or who cut it short
 
 
 def run_loop(
@@ -93,8 +93,9 @@ def run_loop(
         for watcher in watchers:
             watcher.perceived(frame, perception, memory.step)
         progress.found = progress.found or perception.target_found
-        progress.ended_because = _end_of(progress, plan)
-        if progress.ended_because is not None:
+        end = _end_of(progress, plan)
+        if end is not None:
+            progress.ended_because = end
             return progress
 
         memory = replace(memory, last_motion=progress.motions + 1 == plan.max_motions)

@@ -98,7 +98,7 @@ def perceive(frame: RgbdFrame, segmenter: Segmenter, target: str, workspace: Wor
     if not mask.any() and pixels >= MIN_TARGET_PIXELS:
         points = shown_points(frame, patches, workspace).over
         glimpse = points > 0 if points.sum() >= MIN_TARGET_PIXELS else glimpse
-        beyond = _lies_beyond(frame, patches, workspace)
+        beyond = not points.any() and _lies_beyond(frame, patches, workspace)
     watch.lap("project")
     return Perception(labels, maps, mask, patches, beyond, glimpse, hint, hint_height, watch.laps)
 

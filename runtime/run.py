@@ -123,7 +123,6 @@ class _Run:
 
     def carry_out(self, settings: DecisionSettings) -> int:
         request, task = self._request, self._task
-        ended_because = "failed"
         try:
             self._say_start()
             robot = ZenohRobot(task.endpoint, self._bus, request.config.link, self._run_id)
@@ -131,23 +130,22 @@ class _Run:
                 plan = RunPlan(request.seed, task.max_motions, limits=request.config.safety)
                 watchers = self._console, RecordingWatch(self._recorder, self._console), self._log
                 run_loop(robot, self._bundle, settings, plan, watchers, self._progress)
-                ended_because = self._progress.ended_because or ended_because
             finally:
                 robot.close()
                 self._lost = robot.lost_messages
         except KeyboardInterrupt:
-            ended_because = "interrupted"
+            self._progress.ended_because = "interrupted"
             raise
         except LinkError as error:
             words = "" if self._sim is None else self._sim.last_words()
             told = LinkError(f"{error}; the simulator's last words: {words}") if words else error
-            ended_because = str(told)
+            self._progress.ended_because = str(told)
             raise told from None
         except GraspingError as error:
-            ended_because = str(error)
+            self._progress.ended_because = str(error)
             raise
         finally:
-            self._end(ended_because)
+            self._end()
         return EXIT_GRASPED if self._progress.grasped else EXIT_NOT_GRASPED
 
     def _open_log(self) -> Recorder:
@@ -179,14 +177,14 @@ class _Run:
             f"find and grasp {task.target} in {task.scene}, seed {request.seed}, at most {task.max_motions} motions"
         )
 
-    def _end(self, ended_because: str) -> None:
+    def _end(self) -> None:
         """Sum up for the log, a person and a program, and close the log."""
         progress = self._progress
         lost = sum(self._lost.values())
         self._recorder.add_metadata(LOST, {topic: str(count) for topic, count in sorted(self._lost.items())})
-        self._log.ended(self._run_id, progress, ended_because, self._recorder.dropped_messages, lost)
+        self._log.ended(self._run_id, progress, self._recorder.dropped_messages, lost)
         verdict = "grasped" if progress.grasped else "not grasped" if progress.found else "not found"
-        self._console.say(f"{self._task.target} {verdict} after {progress.motions} motions ({ended_because})")
+        self._console.say(f"{self._task.target} {verdict} after {progress.motions} motions ({progress.ended_because})")
         if progress.target_left:
             self._console.say(f"{self._task.target} lies outside the workspace now: put it back before the next run")
         if lost:
@@ -196,15 +194,15 @@ class _Run:
         if self._recorder.failure is not None:
             write_line(f"gi-runtime: {self._recorder.failure}", sys.stderr)
         if self._request.json:
-            write_line(msgspec.json.encode(self._summary(ended_because)).decode(), sys.stdout)
+            write_line(msgspec.json.encode(self._summary()).decode(), sys.stdout)
 
-    def _summary(self, ended_because: str) -> dict[str, object]:
+    def _summary(self) -> dict[str, object]:
         progress = self._progress
         return {
             "grasped": progress.grasped,
             "found": progress.found,
             "motions": progress.motions,
-            "ended_because": ended_because,
+            "ended_because": progress.ended_because,
             "target": self._task.target,
             "scene": self._task.scene,
             "seed": self._request.seed,

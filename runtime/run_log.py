@@ -110,9 +110,7 @@ class RunLog:
         """See `Watcher`."""
         self._bus.publish(STEP_RESULT, judgement.message(deliberation.decision, outcome, time.time_ns()))
 
-    def ended(
-        self, run_id: str, progress: RunProgress, ended_because: str, dropped_messages: int, lost_messages: int = 0
-    ) -> None:
+    def ended(self, run_id: str, progress: RunProgress, dropped_messages: int, lost_messages: int = 0) -> None:
         """Say how the run ended; everything before is said by then. `lost_messages`: of the robot's, on the link."""
         self._worker.shutdown(wait=True)
         self._bus.publish(
@@ -127,7 +125,7 @@ class RunLog:
                 decision_ms_p99=percentile(progress.decision_ms, 99),
                 dropped_messages=dropped_messages,
                 lost_messages=lost_messages,
-                ended_because=ended_because,
+                ended_because=progress.ended_because,
             ),
         )
 

@@ -267,8 +267,10 @@ class _Session:
         else:
             judgement = self._felt(target, before, outcome)
         watcher.judged(deliberation, outcome, judgement)
-        progress = RunProgress(before.target_seen, judgement.target_grasped, motions=1)
-        watcher.ended(facts.run_id, progress, "one motion tried", 0)
+        progress = RunProgress(
+            before.target_seen, judgement.target_grasped, motions=1, ended_because="one motion tried"
+        )
+        watcher.ended(facts.run_id, progress, 0)
         self._count(decision.kind, judgement.target_grasped)
         return after
 

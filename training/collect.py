@@ -149,7 +149,7 @@ def _act(collection: Collection, number: int, log: ExperienceLog) -> SceneCounts
     try:
         while (target := _visible_candidate(robot, tried, rng)) is not None:
             tried.add(target)
-            runs.append(RunProgress())
+            runs.append(RunProgress(ended_because="robot"))
             facts = RunFacts(
                 run_id=f"scene-{number}/{target}",
                 project_version=version("grasping-invisible"),
@@ -165,12 +165,10 @@ def _act(collection: Collection, number: int, log: ExperienceLog) -> SceneCounts
             watcher = RunLog(log.bus, target, pictures=False)
             watcher.started(facts)
             plan = RunPlan(seed=number, max_motions=collection.motions)
-            why = "robot"
             try:
                 run_loop(spoken, behaviour, DecisionSettings(target, robot.workspace), plan, (watcher,), runs[-1])
-                why = runs[-1].ended_because or why
             finally:
-                watcher.ended(facts.run_id, runs[-1], why, 0)
+                watcher.ended(facts.run_id, runs[-1], 0)
     except RobotError as error:
         return _counts(runs, str(error))
     finally:

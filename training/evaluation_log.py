@@ -58,15 +58,13 @@ def logged_run(
     recorder.add_metadata("run", {key: str(value) for key, value in vars(facts).items()})
     log = RunLog(bus, scene.target)
     log.started(facts)
-    ended_because = "failed"
     try:
         yield FilmedRobot(robot, bus), log
-        ended_because = progress.ended_because or ended_because
     except GraspingError as error:
-        ended_because = str(error)
+        progress.ended_because = str(error)
         raise
     finally:
-        log.ended(facts.run_id, progress, ended_because, recorder.dropped_messages)
+        log.ended(facts.run_id, progress, recorder.dropped_messages)
         recorder.close()
         if recorder.failure is not None:
             raise OSError(recorder.failure)

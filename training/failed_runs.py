@@ -26,9 +26,9 @@ class Cause(Enum):
     """What a whole run failed of; where none of these holds, it is the most frequent `Fault` of its motions."""
 
     ROBOT = "the robot, the link or the physics failed"
-    GIVEN_UP = "the target was taken to have left the workspace"
     MISJUDGED = "what was in the gripper was judged wrongly"
     GONE = "the target left the workspace"
+    GIVEN_UP = "the target was taken to have left the workspace"
     COVERED = "the target was seen from the side alone, under something else"
     NOT_SEGMENTED = "the target was in view and never recognised"
     NEVER_UNCOVERED = "the target was never uncovered"
@@ -120,11 +120,10 @@ def failure_of(run: Run) -> Failure | None:
     The cause is the first of these that holds:
 
     It ended otherwise than by success, its allowance or a target that left the workspace. What it held was judged
-    wrongly. The target is outside at the end, or was
-    taken to be. It was never seen from above: only in the camera's picture, or not even
-    there though ground truth shows it, or nowhere. At half of the decisions for it or more it was truly out of sight.
-    It was first seen with `LAST_MOTIONS` or fewer left. Otherwise the most frequent fault of the motions since it was
-    first seen, the latest of equal ones.
+    wrongly. The target is outside at the end, or was taken to be. It was never seen from above: only in the camera's
+    picture, or not even there though ground truth shows it, or nowhere. At half of the decisions for it or more it was
+    truly out of sight. It was first seen with `LAST_MOTIONS` or fewer left. Otherwise the most frequent fault of the
+    motions since it was first seen, the latest of equal ones.
     """
     failure = _failure_of(run)
     if failure is None:

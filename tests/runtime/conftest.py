@@ -174,7 +174,7 @@ def recorded_run(tmp_path: Path, color_models: ColorModels) -> Path:
         log = RunLog(bus, "red")
         log.started(RunFacts("r", "0", "b" * 64, "1", "red", "table", 3, 5, to_toml(Config()), "here"))
         progress = run_loop(RecordedRobot(bus.publish), color_models, DecisionSettings("red"), RunPlan(seed=3), (log,))
-        log.ended("r", progress, "grasped", 0)
+        log.ended("r", progress, 0)
     return path
 
 

@@ -31,7 +31,7 @@ def logged_run(tmp_path: Path, recorded_robot, color_models):
             robot.grasps_fail = 1
             settings = DecisionSettings("red", exploration=exploration, coordination=coordination)
             progress = run_loop(robot, color_models, settings, RunPlan(seed=3, max_motions=4), (log,))
-            log.ended("r", progress, "grasped", 0)
+            log.ended("r", progress, 0)
         return path
 
     return run

@@ -46,7 +46,7 @@ def heard(table_robot: Any, color_models: Any, tmp_path: Path) -> Heard:
     log = RunLog(Bus(sinks=(heard, recorder)), "red")
     log.started(FACTS)
     progress = run_loop(table_robot, color_models, DecisionSettings("red"), RunPlan(), (log,))
-    log.ended("r", progress, "grasped", 0)
+    log.ended("r", progress, 0)
     recorder.close()
     return heard
 
@@ -96,7 +96,7 @@ def test_a_picture_that_fails_is_told_once_and_ends_no_run(
     heard = Heard()
     log = RunLog(Bus(sinks=(heard,)), "red")
     progress = run_loop(table_robot, color_models, DecisionSettings("red"), RunPlan(), (log,))
-    log.ended("r", progress, "grasped", 0)
+    log.ended("r", progress, 0)
     assert progress.grasped
     (told,) = heard.of(topics.CONSOLE)
     assert "no paint left" in told.message
